@@ -89,17 +89,6 @@ void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   moveToFront(likeliest, registered.places);
 }
 
-/// What `find` returns, unless the budget of the query ends before it does.
-template <class Find>
-Localization withinBudget(const Find& find) {
-  Localization answer;
-  const auto cut = cutByBudget([&] {
-    askBudget("the index");
-    answer = find();
-  });
-  return cut ? *cut : answer;
-}
-
 /// The answer to a query that needs no search.
 Localization unfindable(const Query& query, std::string reason) {
   Localization answer;
@@ -466,8 +455,13 @@ Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
+const map::SemanticMap& Localizer::map() const {
+  if (!map_) throw UsageError("a localizer that was moved from has no map; assign another to it");
+  return *map_;
+}
+
 const Localizer::Index& Localizer::indexFor(const Query& query) const {
-  const CommonDetail detail = commonDetail(query.labels, map_->labels);
+  const CommonDetail detail = commonDetail(query.labels, map().labels);
   if (detail.isAll()) return *index_;
   const std::lock_guard<std::mutex> lock(coarse_->mutex);
   CoarseIndices::Coarse& coarse = coarse_->made[detail];
@@ -491,16 +485,19 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
 
 Localization Localizer::localize(const Query& query) const {
   return withinBudget([&] {
+    askBudget("the index");
     const Index& index = indexFor(query);
-    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), nullptr), size_);
+    return inMetres(index.localize(*QueryInMap(query, map().labels, size_), nullptr), size_);
   });
 }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
+  requireSound(expected, size_);
   return withinBudget([&] {
+    askBudget("the index");
     const Index& index = indexFor(query);
     const ExpectedPose canonical = scaledPose(1 / size_, expected);
-    return inMetres(index.localize(*QueryInMap(query, map_->labels, size_), &canonical), size_);
+    return inMetres(index.localize(*QueryInMap(query, map().labels, size_), &canonical), size_);
   });
 }
 
