@@ -215,6 +215,18 @@ void AnswerFiles::check(const std::vector<std::string>& queries) {
   }
 }
 
+void AnswerFiles::removeOld(const std::vector<std::string>& queries, const Job& job,
+                            bool what_else) {
+  for (const std::string& query : queries) {
+    begin(query);
+    if (what_else)
+      end(job);
+    else
+      removeStale(pathOf(initial_pose_, ".yaml"), job.narrate, kUntilItIsFound);
+  }
+  if (what_else) removeStale(tum_, job.narrate);
+}
+
 void AnswerFiles::begin(const std::string& query) {
   query_ = query;
   T_odom_sensor_.clear();

@@ -31,6 +31,10 @@ class AnswerFiles {
   /// UsageError if two of them have one name, Error if something cannot be written.
   void check(const std::vector<std::string>& queries);
 
+  /// Before the work: the last poses of earlier runs go, so that nobody takes one for an answer of
+  /// this run. `what_else`: matrices, trajectories and TUM files as well, because it cannot answer.
+  void removeOld(const std::vector<std::string>& queries, const Job& job, bool what_else);
+
   /// The next QUERY begins, which may turn out to be unreadable; then take() is not called.
   void begin(const std::string& query);
   void take(const QueryInput& input);

@@ -2,16 +2,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iostream>
 #include <optional>
-#include <set>
-#include <thread>
 
 #include "answer_files.h"
+#include "arriving_files.h"
 #include "clock.h"
 #include "inputs.h"
 #include "live.h"
@@ -19,7 +16,6 @@
 #include "pose_text.h"
 #include "tool.h"
 #include "windows.h"
-#include "xview/io/cloud_files.h"
 #include "xview/types/atomic_file.h"
 #include "xview/types/error.h"
 #include "xview/types/user_text.h"
@@ -28,109 +24,6 @@ namespace xview::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A file that came, with the pose that was said of it.
-struct ArrivedFile {
-  std::string path;
-  std::optional<double> stamp_s;
-  std::optional<Eigen::Isometry3d> T_odom_sensor;
-};
-
-void setPose(const io::StampedPose& pose, ArrivedFile& file) {
-  file.stamp_s = pose.stamp_s;
-  file.T_odom_sensor = pose.T_frame_sensor;
-}
-
-/// A line of standard input: a path, which may hold blanks, and behind it perhaps a pose.
-std::optional<ArrivedFile> fileFrom(const std::string& line) {
-  constexpr const char* kBlanks = " \t\r";
-  constexpr int kNumbersOfPose = 8;
-  const std::size_t begin = line.find_first_not_of(kBlanks);
-  if (begin == std::string::npos || line[begin] == '#') return std::nullopt;
-  ArrivedFile file;
-  std::size_t end = line.find_last_not_of(kBlanks), path_end = end;
-  for (int i = 0; i < kNumbersOfPose && path_end != std::string::npos; ++i) {
-    const std::size_t blank = line.find_last_of(kBlanks, path_end);
-    path_end = blank == std::string::npos ? blank : line.find_last_not_of(kBlanks, blank);
-  }
-  if (path_end != std::string::npos && path_end > begin) {
-    if (const auto pose = parseStampedPose(line.substr(path_end + 1))) {
-      setPose(*pose, file);
-      end = path_end;
-    }
-  }
-  file.path = line.substr(begin, end + 1 - begin);
-  return file;
-}
-
-/// A folder that fills with clouds: they are taken by name, each as soon as it stopped growing and,
-/// if there is a poses.txt, has its line in it.
-class FillingFolder {
- public:
-  FillingFolder(std::string folder, double idle_s, std::string stop)
-      : folder_(std::move(folder)), idle_s_(idle_s), stop_(std::move(stop)) {}
-
-  /// Waits for the next; nothing once the stop file is there or the time to wait is over.
-  std::optional<ArrivedFile> next() {
-    constexpr auto kPoll = std::chrono::milliseconds(20);
-    const auto waits_since = Clock::now();
-    while (true) {
-      const bool is_stopped = !stop_.empty() && fs::exists(stop_);
-      if (auto file = ready(is_stopped)) return file;
-      if (is_stopped) return std::nullopt;
-      if (idle_s_ > 0 && secondsSince(waits_since) > idle_s_) return std::nullopt;
-      std::this_thread::sleep_for(kPoll);
-    }
-  }
-
- private:
-  std::optional<ArrivedFile> ready(bool is_last_look) {
-    std::error_code failed;
-    std::set<std::string> names;
-    for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end;
-         entry.increment(failed)) {
-      const std::string name = entry->path().filename().string();
-      const bool is_cloud = io::isCloudFile(name) || endingOf(name) == ".bin";
-      if (is_cloud && name[0] != '.' && taken_.count(name) == 0) names.insert(name);
-    }
-    if (names.empty()) return std::nullopt;
-    const std::string& name = *names.begin();
-    ArrivedFile file{(fs::path(folder_) / name).string(), {}, {}};
-    const auto bytes = fs::file_size(file.path, failed);
-    const bool grows = failed || bytes == 0 || name != seen_ || bytes != seen_bytes_;
-    seen_ = name;
-    seen_bytes_ = failed ? 0 : bytes;
-    if (grows && !is_last_look) return std::nullopt;
-    const fs::path poses = fs::path(folder_) / "poses.txt";
-    if (fs::exists(poses) && !poseOf(poses.string(), taken_.size(), file)) return std::nullopt;
-    taken_.insert(name);
-    return file;
-  }
-
-  /// A line without its end is still being written.
-  static bool poseOf(const std::string& path, std::size_t index, ArrivedFile& file) {
-    std::ifstream poses(path);
-    std::size_t number = 0;
-    for (std::string line; std::getline(poses, line) && !poses.eof();) {
-      const std::size_t begin = line.find_first_not_of(" \t\r");
-      if (begin == std::string::npos || line[begin] == '#' || number++ != index) continue;
-      const auto pose = parseStampedPose(line);
-      if (!pose)
-        throw Error(fmt::format("{}: line of frame {}", path, index),
-                    "expected stamp tx ty tz qx qy qz qw");
-      setPose(*pose, file);
-      return true;
-    }
-    return false;
-  }
-
-  std::string folder_;
-  double idle_s_;
-  std::string stop_;
-  std::set<std::string> taken_;
-  std::string seen_;
-  std::uintmax_t seen_bytes_ = 0;
-};
 
 class FollowCommand final : public Command {
  public:
@@ -172,6 +65,7 @@ class FollowCommand final : public Command {
     Job job = given;
     requireValid(job.limits = limits_);
     if (risk_ != 0) acceptAtRisk("--risk", risk_, job.options.verdict);
+    removeStale(initial_pose_, job.narrate, kUntilItIsFound);
     const map::SemanticMap map = readMapToLocalize(job.operands.back(), input_, job);
     job = inMap(job, map);
     const Localizer localizer(map::borrowed(map), job.options);
@@ -202,9 +96,7 @@ class FollowCommand final : public Command {
   }
 
   void followInput() {
-    for (std::string line; std::getline(std::cin, line);) {
-      if (const auto file = fileFrom(line)) take(*file);
-    }
+    while (const auto file = nextNamed(stdin)) take(*file);
   }
 
   void followFolder(const std::string& folder) {
@@ -221,6 +113,7 @@ class FollowCommand final : public Command {
     if (frame.number > 0)
       job.narrate = Narrative(Verbosity::quiet);  // notes are those of the first
     answer(frame, [&] {
+      if (!file.error.empty()) throw Error(file.error);
       return follower_->add(openQuery(file.path, input_, job, *labels_), frame, file.T_odom_sensor);
     });
   }

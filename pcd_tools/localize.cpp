@@ -177,12 +177,13 @@ class LocalizeCommand final : public Command {
       throw UsageError("--scale is for windows on their own, without --sequence and --track");
     windows_.check();
     takeKindOfAnswers();
-    files_.check({job.operands.begin(), job.operands.end() - 1});
+    files_.check(queriesOf(job));
     Job known = job;
     requireValid(known.limits = limits_);
     takePrior(known.options.prior);
     takeRisk(known.options.verdict);
     checkOrder(job.operands, input_);
+    files_.removeOld(queriesOf(job), job, false);
     return answerAll(known);
   }
 
@@ -217,15 +218,29 @@ class LocalizeCommand final : public Command {
     if (risk_ != 0) acceptAtRisk("--risk", risk_, verdict);
   }
 
+  static std::vector<std::string> queriesOf(const Job& job) {
+    return {job.operands.begin(), job.operands.end() - 1};
+  }
+
+  /// Without a map there is no pose, and none of an earlier run stays.
+  map::SemanticMap readMap(const Job& job) {
+    try {
+      return readMapToLocalize(job.operands.back(), input_, job);
+    } catch (const std::exception&) {
+      files_.removeOld(queriesOf(job), job, true);
+      throw;
+    }
+  }
+
   ExitCode answerAll(const Job& given) {
     Stopwatch watch;
-    const map::SemanticMap map = readMapToLocalize(given.operands.back(), input_, given);
+    const map::SemanticMap map = readMap(given);
     const Job job = inMap(given, map);
     const Localizer localizer(map::borrowed(map), job.options);
     unanswered_.map = given.operands.back();
     unanswered_.size = sizeText(map.size);
     unanswered_.load_map_ms = watch.lap_ms();
-    const std::vector<std::string> queries(job.operands.begin(), job.operands.end() - 1);
+    const std::vector<std::string> queries = queriesOf(job);
     Results results(out_);
     if (csv_) results.print(csvHeading(), job.narrate);
     // Who sends JSON or CSV to a file sees the table all the same.

@@ -68,12 +68,12 @@ std::string ownAcceptanceText(const map::SemanticMap& map) {
                          : lengths + " accepted at risks of 0.01 / 0.001 / 0.0001 by place alone";
 }
 
-void removeStale(const std::string& path, const Narrative& narrate) {
+void removeStale(const std::string& path, const Narrative& narrate, const char* why) {
   std::error_code problem;
   if (path.empty() || !std::filesystem::is_regular_file(path, problem)) return;
   if (!std::filesystem::remove(path, problem) || problem)
     throw Error(path, "is of an earlier query and cannot be removed: " + problem.message());
-  narrate.note(path + " of an earlier query is removed: there is no accepted pose to write");
+  narrate.note(path + " of an earlier query is removed" + why);
 }
 
 bool isCloudPath(const std::string& path) {

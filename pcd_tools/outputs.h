@@ -39,9 +39,12 @@ void requireOutside(const std::string& name, const std::string& output,
 /// empty if the map was not asked.
 std::string ownAcceptanceText(const map::SemanticMap& map);
 
-/// Removes what an earlier run left at the path, because this run has nothing to write there, and
-/// says so.
-void removeStale(const std::string& path, const Narrative& narrate);
+constexpr const char* kNothingToWrite = ": there is no accepted pose to write";
+constexpr const char* kUntilItIsFound = " until there is an accepted pose";
+/// Removes what an earlier run left at the path, because this run has nothing to write there, or
+/// not yet, and says so.
+void removeStale(const std::string& path, const Narrative& narrate,
+                 const char* why = kNothingToWrite);
 
 std::string endingOf(const std::string& path);  ///< with the point: ".pcd"
 

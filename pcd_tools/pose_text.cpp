@@ -30,10 +30,12 @@ std::vector<double> numbersIn(const std::string& text, const char* separators) {
 std::optional<io::StampedPose> parseStampedPose(const std::string& text) {
   const std::vector<double> n = numbersIn(text, " \t\r");
   if (n.size() != 8) return std::nullopt;
+  constexpr double kFarthest_m = 1e8;  // as in files of poses
+  const Eigen::Vector3d position(n[1], n[2], n[3]);
   const Eigen::Quaterniond q(n[7], n[4], n[5], n[6]);
-  if (!(std::abs(q.norm() - 1) < 0.01)) return std::nullopt;
-  return io::StampedPose{
-      n[0], poseOf(q.normalized().toRotationMatrix(), Eigen::Vector3d(n[1], n[2], n[3]))};
+  if (!(position.cwiseAbs().maxCoeff() <= kFarthest_m) || !(std::abs(q.norm() - 1) < 0.01))
+    return std::nullopt;
+  return io::StampedPose{n[0], poseOf(q.normalized().toRotationMatrix(), position)};
 }
 
 std::optional<Eigen::Isometry3d> parseSensorBase(const std::string& text) {

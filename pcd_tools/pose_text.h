@@ -8,8 +8,11 @@
 
 namespace xview::tools {
 
+/// What parseStampedPose() takes, for messages.
+constexpr const char* kStampedPose =
+    "stamp tx ty tz qx qy qz qw: finite numbers, within 1e8 m, with a quaternion of length 1";
 /// "stamp tx ty tz qx qy qz qw" [s, m], as a line of TUM has it; nothing if the text is not eight
-/// finite numbers with a quaternion of length 1.
+/// finite numbers with a position within 1e8 m and a quaternion of length 1.
 std::optional<io::StampedPose> parseStampedPose(const std::string& text);
 
 /// The flag of T_sensor_base.

@@ -26,11 +26,54 @@ std::string shapeText(const py::array& array) {
   return "(" + text + (array.ndim() == 1 ? ",)" : ")");
 }
 
+/// Rows of memory that is read again and again (stride 0) cost nothing to ask for.
+void requireFewRows(const py::array& array, const std::string& name) {
+  constexpr py::ssize_t kMostRows = 1000000000;
+  if (array.ndim() > 0 && array.shape(0) > kMostRows)
+    throw UsageError(
+        fmt::format("{} has {} rows, expected {} at most", name, array.shape(0), kMostRows));
+}
+
 py::array asArray(const py::handle& object, const std::string& name) {
   py::array array = py::array::ensure(object);
-  if (array) return array;
+  if (!array) {
+    PyErr_Clear();
+    throw UsageError(name + " is no array of numbers");
+  }
+  requireFewRows(array, name);
+  return array;
+}
+
+/// A finite number, of any type that Python takes for one.
+double numberOf(const py::handle& object, const std::string& name) {
+  const double number = PyFloat_AsDouble(object.ptr());
+  const bool is_none = PyErr_Occurred() != nullptr;
   PyErr_Clear();
-  throw UsageError(name + " is no array of numbers");
+  if (is_none || !std::isfinite(number)) throw UsageError(name + " is no finite number");
+  return number;
+}
+
+/// The text of a string of Python; some hold halves of characters, which no text has.
+std::string utf8Of(const py::handle& object, const std::string& name) {
+  if (!py::isinstance<py::str>(object)) throw UsageError(name + " is no text");
+  py::ssize_t bytes = 0;
+  const char* text = PyUnicode_AsUTF8AndSize(object.ptr(), &bytes);
+  if (text != nullptr) return {text, static_cast<std::size_t>(bytes)};
+  PyErr_Clear();
+  throw UsageError(name + " holds a character that cannot be written (a lone surrogate)");
+}
+
+std::uint32_t classIdOf(const py::handle& object) {
+  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
+  const unsigned long long id = index ? PyLong_AsUnsignedLongLong(index.ptr()) : 0;
+  const bool is_none = PyErr_Occurred() != nullptr;
+  PyErr_Clear();
+  if (is_none || id > 0xFFFFFFFFu) {
+    const py::str shown = py::repr(object);
+    throw UsageError("classes: " + utf8Of(shown, "a class id") +
+                     " is no class id, expected an integer in [0, 4294967295]");
+  }
+  return static_cast<std::uint32_t>(id);
 }
 
 /// Numbers of any type in memory that somebody else keeps.
@@ -192,17 +235,24 @@ bool isListOfClouds(const py::object& points) {
   return true;
 }
 
+/// Counted before they are taken: there may be more than fit into memory.
+void requireCount(const py::object& items, std::size_t clouds, const char* name, const char* what) {
+  const py::ssize_t count = PyObject_Size(items.ptr());
+  PyErr_Clear();
+  if (count != static_cast<py::ssize_t>(clouds))
+    throw UsageError(
+        fmt::format("{} has {} {}, expected {}: one per cloud", name, count, what, clouds));
+}
+
 /// One item per cloud of what may be given for one cloud or for several.
 std::vector<py::object> perCloud(const py::object& given, bool is_list, std::size_t clouds,
                                  const char* name) {
   if (!is_list) return {given};
   if (!py::isinstance<py::sequence>(given) && !py::isinstance<py::array>(given))
     throw UsageError(std::string(name) + " is not a list, but there is a list of points");
+  requireCount(given, clouds, name, "items");
   std::vector<py::object> items;
   for (const py::handle item : given) items.push_back(py::reinterpret_borrow<py::object>(item));
-  if (items.size() != clouds)
-    throw UsageError(
-        fmt::format("{} has {} items, expected {}: one per cloud", name, items.size(), clouds));
   return items;
 }
 
@@ -218,37 +268,50 @@ std::shared_ptr<FrameSource> recordingOf(const py::object& points, const py::obj
     arrays->append(array);
     return array;
   };
-  std::vector<py::object> items = {points};
-  if (is_list) {
-    items.clear();
-    for (const py::handle item : points) items.push_back(py::reinterpret_borrow<py::object>(item));
-  }
-  if (items.empty()) throw UsageError("points is an empty list, expected clouds");
-  std::vector<CloudInArrays> clouds(items.size());
+  std::vector<CloudInArrays> clouds;
   const auto indexed = [&](const char* name, std::size_t i) {
     return is_list ? fmt::format("{}[{}]", name, i) : std::string(name);
   };
-  for (std::size_t i = 0; i < items.size(); ++i)
-    takePoints(keep(items[i], indexed("points", i)), indexed("points", i), clouds[i]);
+  const auto take = [&](const py::handle& item) {
+    const std::string name = indexed("points", clouds.size());
+    takePoints(keep(item, name), name, clouds.emplace_back());
+  };
+  if (is_list) {
+    for (const py::handle item : points) take(item);
+  } else {
+    take(points);
+  }
+  if (clouds.empty()) throw UsageError("points is an empty list, expected clouds");
   if (!labels.is_none()) {
     const auto of_clouds = perCloud(labels, is_list, clouds.size(), "labels");
     for (std::size_t i = 0; i < clouds.size(); ++i)
       takeLabels(keep(of_clouds[i], indexed("labels", i)), indexed("labels", i), clouds[i]);
   }
   if (!poses.is_none()) {
+    if (is_list) requireCount(poses, clouds.size(), "poses", "poses");
     const auto T =
         is_list ? posesOf(poses, "poses") : std::vector<Eigen::Isometry3d>{poseOf(poses, "poses")};
-    if (T.size() != clouds.size())
-      throw UsageError(
-          fmt::format("poses has {} poses, expected {}: one per cloud", T.size(), clouds.size()));
     for (std::size_t i = 0; i < clouds.size(); ++i) clouds[i].T_odom_sensor = T[i];
   }
   if (!stamps.is_none()) {
     const auto of_clouds = perCloud(stamps, is_list, clouds.size(), "stamps");
-    for (std::size_t i = 0; i < clouds.size(); ++i) clouds[i].stamp_s = of_clouds[i].cast<double>();
+    for (std::size_t i = 0; i < clouds.size(); ++i)
+      clouds[i].stamp_s = numberOf(of_clouds[i], indexed("stamps", i));
   }
   return std::make_shared<ArrayRecording>(std::move(clouds), arrays,
                                           poses.is_none() ? Sensor::cloud : Sensor::lidar, classes);
+}
+
+double stampOf(const py::handle& stamp) { return numberOf(stamp, "stamp"); }
+
+std::string pathText(const py::object& path, const char* name) {
+  const auto bytes = py::reinterpret_steal<py::object>([&]() -> PyObject* {
+    PyObject* encoded = nullptr;  // as the operating system has it, whatever characters it holds
+    return PyUnicode_FSConverter(path.ptr(), &encoded) != 0 ? encoded : nullptr;
+  }());
+  if (bytes) return std::string(py::reinterpret_borrow<py::bytes>(bytes));
+  PyErr_Clear();
+  throw UsageError(std::string(name) + " is no path: expected a text without null characters");
 }
 
 std::vector<std::uint32_t> idsIn(const py::object& labels) {
@@ -277,19 +340,20 @@ LabelSet labelSetOf(const py::object& classes) {
     LabelSet labels("python");
     for (const auto& [id, name] : classes.cast<py::dict>()) {
       ClassInfo info;
-      info.id = id.cast<std::uint32_t>();
-      info.name = name.cast<std::string>();
+      info.id = classIdOf(id);
+      info.name = utf8Of(name, fmt::format("classes[{}]", info.id));
       info.color = distinctColor(info.id);
-      info.role = names.role(info.name);
-      info.kind = names.kind(info.name);
+      const ClassNames::Line* known = names.find(info.name);
+      info.role = known ? known->role : Role::object;
+      info.kind = known ? known->kind : Kind::other_object;
       info.guessed = true;
-      info.unknown = !names.find(info.name);
+      info.unknown = known == nullptr;
       labels.add(info);
     }
     return labels;
   }
   io::InputOptions options;
-  options.labels = std::string(py::str(classes));
+  options.labels = pathText(classes, "classes");
   return *io::namedLabels(options, ".");
 }
 
@@ -347,6 +411,7 @@ py::array pointsOf(std::shared_ptr<const LabelledCloud> cloud) {
     const Eigen::Vector3d p = cloud->position(static_cast<std::size_t>(i));
     for (int axis = 0; axis < 3; ++axis) values(i, axis) = p[axis];
   }
+  array.attr("flags").attr("writeable") = false;
   return std::move(array);
 }
 

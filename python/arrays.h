@@ -33,6 +33,11 @@ std::shared_ptr<FrameSource> recordingOf(const py::object& points, const py::obj
                                          const py::object& poses, const py::object& stamps,
                                          const LabelSet& classes);
 
+/// A time [s]. Throws UsageError if it is no finite number.
+double stampOf(const py::handle& stamp);
+/// A path as the operating system has it. Throws UsageError if it is none.
+std::string pathText(const py::object& path, const char* name = "path");
+
 /// The ids that occur in label arrays, rising.
 std::vector<std::uint32_t> idsIn(const py::object& labels);
 
@@ -71,7 +76,8 @@ py::array viewOf(const Value* data, std::vector<py::ssize_t> shape,
   return array;
 }
 
-/// The points of a cloud (N, 3) [m]: a view, or float64 if they are relative to an origin.
+/// The points of a cloud (N, 3) [m]: a view, or float64 if they are relative to an origin. Neither
+/// can be written.
 py::array pointsOf(std::shared_ptr<const LabelledCloud> cloud);
 /// Their class ids (N,): a view.
 py::array labelsOf(std::shared_ptr<const LabelledCloud> cloud);

@@ -28,7 +28,8 @@ struct Seeker {
 
 Fix finished(tools::Answer answer, Sensor sensor, Work& work) {
   answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), sensor);
-  return {std::make_shared<const tools::Answer>(std::move(answer)), work.takeNotes()};
+  std::vector<std::string> notes = work.takeNotes();
+  return {std::make_shared<const tools::Answer>(std::move(answer)), std::move(notes)};
 }
 
 Seeker makeSeeker(const Map& map, double risk, double timeout_s, double max_memory_mb,
@@ -95,8 +96,10 @@ class Follower {
         window_(window),
         tracker_(*seeker_.localizer, seeker_.options, window) {}
 
-  std::optional<Fix> add(const py::object& points, const py::object& T_odom_sensor, double stamp_s,
-                         const py::object& labels, const py::object& classes) {
+  std::optional<Fix> add(const py::object& points, const py::object& T_odom_sensor,
+                         const py::object& stamp, const py::object& labels,
+                         const py::object& classes) {
+    const double stamp_s = stampOf(stamp);
     if (!py::isinstance<py::array>(points))
       throw UsageError("points: expected an array (N, 3), the scan of one moment");
     const Source source{points, labels, T_odom_sensor, py::none(), classes};
@@ -170,7 +173,7 @@ void bindFix(py::module_& module) {
       .def("__repr__",
            [](const Fix& f) {
              return fmt::format("<xview.Fix {}: {}>", toString(f.answer->fix.status),
-                                f.answer->fix.reason);
+                                tools::oneLine(f.answer->fix.reason));
            })
       .def_property_readonly(
           "accepted", [](const Fix& f) { return f.answer->fix.accepted(); },
@@ -179,8 +182,8 @@ void bindFix(py::module_& module) {
           "status", [](const Fix& f) { return toString(f.answer->fix.status); },
           "'accepted', 'ambiguous' (several places fit equally well) or 'rejected'.")
       .def_property_readonly(
-          "reason", [](const Fix& f) { return f.answer->fix.reason; },
-          "One sentence with the deciding numbers.")
+          "reason", [](const Fix& f) { return tools::oneLine(f.answer->fix.reason); },
+          "One sentence with the deciding numbers; what would move a terminal's cursor is escaped.")
       .def_property_readonly(
           "budget_exhausted",
           [](const Fix& f) -> std::optional<std::string> {

@@ -259,7 +259,8 @@ void bindMap(py::module_& module) {
           "graph",
           [](Map& m) {
             const map::SemanticMap& whole = unpacked(m);
-            return Graph{"", {}, released([&] { return withEdges(whole); })};
+            auto place = released([&] { return withEdges(whole); });
+            return Graph{"", {}, std::move(place)};
           },
           "Its things.")
       .def_property_readonly(

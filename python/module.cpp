@@ -24,6 +24,22 @@ void translate(std::exception_ptr pointer) {
     raise(usage_error_type, e);
   } catch (const Error& e) {
     raise(error_type, e);
+  } catch (const py::cast_error&) {
+    raise(usage_error_type, UsageError("an argument, or an item of one, is of a wrong type"));
+  }
+}
+
+/// pybind11 gives what was made by __new__ alone memory that nobody has filled.
+void* refuseUnmade(std::size_t) {
+  throw UsageError("an object that was made by __new__ alone has no content; call its class");
+}
+
+void refuseUnmadeObjects(const py::module_& module) {
+  for (const auto& [name, thing] : module.attr("__dict__").cast<py::dict>()) {
+    if (!PyType_Check(thing.ptr())) continue;
+    auto* const type = reinterpret_cast<PyTypeObject*>(thing.ptr());
+    if (py::detail::type_info* bound = py::detail::get_type_info(type))
+      bound->operator_new = &refuseUnmade;
   }
 }
 
@@ -59,4 +75,5 @@ PYBIND11_MODULE(_xview, module) {
   xview::python::bindPlaces(module);
   xview::python::bindLocalize(module);
   xview::python::bindResearch(module);
+  xview::python::refuseUnmadeObjects(module);
 }

@@ -61,10 +61,6 @@ py::object readAny(const py::object& given, const io::InputOptions& options) {
 
 }  // namespace
 
-std::string pathText(const py::object& path) {
-  return std::string(py::str(py::module_::import("os").attr("fspath")(path)));
-}
-
 bool Source::isArrays() const {
   if (py::isinstance<Recording>(what) || py::isinstance<Graph>(what) || py::isinstance<Map>(what))
     return false;

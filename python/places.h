@@ -57,7 +57,6 @@ struct Map {
 Map loadMap(const py::object& path);
 /// Its content with nothing packed. Called with the interpreter's lock. Throws Error.
 const map::SemanticMap& unpacked(Map& map);
-std::string pathText(const py::object& path);
 
 /// What localize, Map.build, Map.append and graph take: a Recording, a Graph, a Map, or arrays with
 /// what belongs to them.

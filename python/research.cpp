@@ -23,8 +23,11 @@ Graph graphOf(const Source& source, const py::kwargs& arguments) {
   Work work(optionsOf(arguments));
   auto place = std::make_shared<Place>();
   if (py::isinstance<Graph>(source.what)) return source.what.cast<Graph>();
-  if (py::isinstance<Map>(source.what))
-    return {"", {}, withEdges(unpacked(source.what.cast<Map&>()))};
+  if (py::isinstance<Map>(source.what)) {
+    // Not within the braces below: g++ 12 destroys what it has not made if an item there throws.
+    auto of_map = withEdges(unpacked(source.what.cast<Map&>()));
+    return {"", {}, std::move(of_map)};
+  }
   const Recording recording = source.recording(nullptr);
   *place = released([&] {
     const std::unique_ptr<FrameSource> frames =
@@ -83,6 +86,7 @@ struct Described {
 Described describe(const Graph& graph, const py::object& in, const py::kwargs& arguments) {
   const Options options = optionsOf(arguments);
   const SemanticGraph& own = graph.place->graph;
+  if (!in.is_none() && !py::isinstance<Graph>(in)) throw UsageError("alphabet_of is no Graph");
   const SemanticGraph& other = in.is_none() ? own : in.cast<const Graph&>().place->graph;
   const match::LabelAlphabet alphabet(other);
   Described result;
@@ -185,9 +189,12 @@ py::dict simulate(const py::kwargs&) {
 /// Answers from a file, or those of localize().
 std::vector<tools::Answer> answersOf(const py::object& given) {
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__"))
-    return tools::readAnswers(std::string(py::str(given)));
+    return tools::readAnswers(pathText(given));
   std::vector<tools::Answer> answers;
-  for (const py::handle item : given) answers.push_back(*item.cast<const Fix&>().answer);
+  for (const py::handle item : given) {
+    if (!py::isinstance<Fix>(item)) throw UsageError("expected a list of Fix, or a .jsonl file");
+    answers.push_back(*item.cast<const Fix&>().answer);
+  }
   return answers;
 }
 
@@ -201,7 +208,7 @@ py::object evaluateFixes(const py::object& fixes, const py::object& truth, doubl
     return queries.back();
   };
   if (py::isinstance<py::str>(truth) || py::hasattr(truth, "__fspath__")) {
-    const tools::Truth poses{std::string(py::str(truth))};
+    const tools::Truth poses{pathText(truth)};
     for (const tools::Answer& answer : answers) add(answer).truth = poses.poseFor(answer);
   } else {
     const std::vector<Eigen::Isometry3d> poses = posesOf(truth, "truth");

@@ -51,6 +51,7 @@ std::vector<std::string> Work::takeNotes() {
 void forEachOption(const py::dict& arguments,
                    const std::function<void(const std::string&, const std::string&)>& take) {
   for (const auto& [name, value] : arguments) {
+    if (!py::isinstance<py::str>(name)) throw UsageError("the name of an option is no text");
     const std::string key = withDots(name.cast<std::string>());
     if (value.is_none()) continue;
     if (!py::isinstance<py::dict>(value)) {

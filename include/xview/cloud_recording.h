@@ -83,6 +83,7 @@ class CloudRecording final : public FrameSource {
   const std::string& name() const override { return name_; }
 
  private:
+  const Frame& at(std::size_t index) const;  ///< throws UsageError
   void requireField(bool has_label) const;
   void append(Sensor sensor, LabelledCloud cloud, const Eigen::Isometry3d& T_odom_sensor,
               double stamp_s);

@@ -11,6 +11,7 @@
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
+#include "xview/types/budget.h"
 #include "xview/types/localization.h"
 #include "xview/types/semantic_place.h"
 #include "xview/verify/verdict.h"
@@ -55,7 +56,9 @@ struct PoseCheck {
 };
 
 /// Finds queries in one map, which it keeps. Building it makes the search index once; everything
-/// else is const and may be called from several threads.
+/// else is const and may be called from several threads. All of it throws UsageError where a query
+/// has no pose or holds what is no number, where a pose is no rigid motion or lies 1e8 m or more
+/// away, and after the localizer was moved from.
 ///
 ///     const xview::Localizer localizer(xview::map::openToLocalize("town.xvm"));
 ///     const xview::Localization fix = localizer.localize(cloud);  // pcl::PointCloud<PointT>
@@ -76,7 +79,7 @@ class Localizer {
   ~Localizer();
 
   double size() const { return size_; }                    ///< of the map; see kTownScale
-  const LabelSet& labels() const { return map_->labels; }  ///< the classes of the map
+  const LabelSet& labels() const { return map().labels; }  ///< the classes of the map
   const Options& options() const { return options_; }      ///< as given, with the size of the map
 
   /// Where is the query in the map? Its classes are those of the map that mean the same
@@ -86,19 +89,22 @@ class Localizer {
   /// with all lengths multiplied by it. A query that is not found, or that a Budget cuts, is an
   /// answer with a reason. Throws Error if the query was made with lengths of another size.
   Localization localize(const Query& query) const;
-  /// The same, where it is expected only; the prior of the options must hold as well.
+  /// The same, where it is expected only; the prior of the options must hold as well. Throws
+  /// UsageError if radius or angle is negative or no number.
   Localization localize(const Query& query, const ExpectedPose& expected) const;
   /// Where is a whole recording? The answer is the pose of its last frame. Throws as query().
-  Localization localize(const FrameSource& recording) const { return localize(query(recording)); }
+  Localization localize(const FrameSource& recording) const;
   /// Where is a cloud of PCL, whose origin is the sensor, or anywhere [m]? `labels`: what the field
   /// `label` of its points means (labels() if they have the classes of the map); without it classes
   /// come from shapes, for which z is to be up, whatever labels the points have. Throws UsageError
   /// if there is a label set and the points have no field `label`.
   template <class PointT>
   Localization localize(const pcl::PointCloud<PointT>& cloud, const LabelSet& labels = {}) const {
-    CloudRecording recording(labels);
-    recording.add(cloud);
-    return localize(recording);
+    return withinBudget([&] {
+      CloudRecording recording(labels);
+      recording.add(cloud);
+      return localize(recording);
+    });
   }
 
   /// A query from a whole recording, in lengths of the map. A recording without labels, and any
@@ -113,7 +119,7 @@ class Localizer {
 
   /// For each given pose the best one around it, at most `reach_m` away at the last sensor, and
   /// what speaks for it; the given one itself if the best one is farther. UsageError with method
-  /// walks, which cannot say.
+  /// walks, which cannot say, and if the reach is no number.
   std::vector<PoseCheck> check(const Query& query,
                                const std::vector<Eigen::Isometry3d>& T_map_query,
                                double reach_m) const;
@@ -125,7 +131,7 @@ class Localizer {
   /// False if the prior of the options excludes this pose of the query.
   bool priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   /// What each sample and vertex of the query says about the pose of an answer to it; nothing if
-  /// the answer has no hypothesis.
+  /// the answer has no hypothesis. Throws UsageError if it is none to this query.
   Explanation explain(const Query& query, const Localization& answer) const;
 
  private:
@@ -133,6 +139,7 @@ class Localizer {
   struct CoarseIndices;
   struct CanonicalMap;
   Localizer(CanonicalMap map, const Options& options);
+  const map::SemanticMap& map() const;  ///< UsageError if it was moved from
   const Index& indexFor(const Query& query) const;
   Localization localizeNear(const Query& query, const ExpectedPose* canonical) const;
 

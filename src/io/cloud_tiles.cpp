@@ -82,8 +82,9 @@ fs::path folderOfTiles(const fs::path& given, const Tiling& tiling) {
   std::set<fs::path> folders;
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(given, failed))
-    if (entry.is_directory() && fs::exists(entry.path() / first)) folders.insert(entry.path());
-  return fs::exists(given / first) || folders.empty() ? given : *folders.begin();
+    if (entry.is_directory() && fs::exists(entry.path() / first, failed))
+      folders.insert(entry.path());
+  return fs::exists(given / first, failed) || folders.empty() ? given : *folders.begin();
 }
 
 Tiling readTiling(const std::string& path) {
@@ -91,7 +92,8 @@ Tiling readTiling(const std::string& path) {
   const fs::path folder = folderOfTiles(path, tiling);
   for (Tile& tile : tiling.tiles) {
     const fs::path file = folder / tile.path;
-    if (!fs::is_regular_file(file))
+    std::error_code failed;
+    if (!fs::is_regular_file(file, failed))
       throw Error(tiling.metadata, "lists " + io::inQuotes(tile.path) +
                                        ", but there is no such file in " + folder.string() +
                                        "; copy it there or take its line out");

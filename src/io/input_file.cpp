@@ -79,6 +79,16 @@ std::vector<double> InputFile::numbersOf(const std::vector<std::string_view>& wo
   return numbers;
 }
 
+void InputFile::requireFileName(std::string_view word) const {
+  constexpr std::size_t kLongest = 255;  // of each part of a path
+  for (std::size_t begin = 0, end = 0; end < word.size(); begin = end + 1) {
+    end = std::min(word.find('/', begin), word.size());
+    if (end - begin > kLongest)
+      failAtLine("expected the name of a file, found {} of {} characters", inQuotes(word),
+                 word.size());
+  }
+}
+
 void InputFile::readBytes(void* data, std::size_t bytes) {
   file_.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes));
   const auto count = static_cast<std::size_t>(file_.gcount());

@@ -42,6 +42,8 @@ class InputFile {
   /// The next byte is the one at this position, which may be anywhere in the file.
   void seek(std::uint64_t position);
 
+  /// Throws Error unless the word of the line read last is short enough to name a file.
+  void requireFileName(std::string_view word) const;
   /// Words of the line read last as finite numbers.
   std::vector<double> numbersOf(const std::vector<std::string_view>& words) const;
 

@@ -8,8 +8,10 @@
 #include <tuple>
 
 #include "landmark_box.h"
+#include "pipeline/query_check.h"
 #include "sight.h"
 #include "xview/types/cells.h"
+#include "xview/types/error.h"
 #include "xview/types/median.h"
 
 namespace xview {
@@ -560,6 +562,8 @@ const char* toString(Change::What what) {
 Changes findChanges(const Place& earlier, const Place& later,
                     const Eigen::Isometry3d& T_earlier_later, double sigma_m) {
   const double size = earlier.size;
+  requireNear("T_earlier_later", T_earlier_later, size);
+  if (!(sigma_m >= 0)) throw UsageError("sigma_m must be >= 0");
   const Scaled<Place> earlier_town(earlier, 1 / size), later_town(later, 1 / size);
   Eigen::Isometry3d T = T_earlier_later;
   scaleLengths(1 / size, T);

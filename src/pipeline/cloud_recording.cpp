@@ -9,12 +9,15 @@ namespace xview {
 CloudRecording::CloudRecording(LabelSet labels, std::string name)
     : labels_(std::move(labels)), name_(std::move(name)) {}
 
-Eigen::Isometry3d CloudRecording::pose(std::size_t index) const {
-  return frames_.at(index).T_odom_sensor;
+const Frame& CloudRecording::at(std::size_t index) const {
+  if (index < frames_.size()) return frames_[index];
+  throw UsageError(name_ + ": cloud " + std::to_string(index) + " of " +
+                   std::to_string(frames_.size()));
 }
-double CloudRecording::stamp(std::size_t index) const { return frames_.at(index).stamp_s; }
-std::int64_t CloudRecording::number(std::size_t index) const { return frames_.at(index).number; }
-Frame CloudRecording::read(std::size_t index) const { return frames_.at(index); }
+Eigen::Isometry3d CloudRecording::pose(std::size_t index) const { return at(index).T_odom_sensor; }
+double CloudRecording::stamp(std::size_t index) const { return at(index).stamp_s; }
+std::int64_t CloudRecording::number(std::size_t index) const { return at(index).number; }
+Frame CloudRecording::read(std::size_t index) const { return at(index); }
 Sensor CloudRecording::sensor() const {
   return frames_.empty() ? Sensor::cloud : frames_.front().sensor;
 }

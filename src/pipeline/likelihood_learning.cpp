@@ -8,6 +8,7 @@
 #include "pipeline/gravity.h"
 #include "xview/graph/bev_grid.h"
 #include "xview/search/distance_field.h"
+#include "xview/types/error.h"
 #include "xview/types/pose.h"
 #include "xview/types/random.h"
 #include "xview/types/semantic_place.h"
@@ -103,6 +104,9 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
                                          const std::vector<PreprocessedFrame>& frames,
                                          std::vector<Eigen::Isometry3d> T_map_sensor,
                                          double window_m, const Options& options) {
+  if (T_map_sensor.size() != frames.size())
+    throw UsageError("learnLikelihoods() needs one pose per frame");
+  if (!(window_m > 0)) throw UsageError("window_m must be > 0");
   const Scaled<map::SemanticMap> canonical(given, 1 / given.size);
   const map::SemanticMap& map = *canonical;
   for (Eigen::Isometry3d& T : T_map_sensor) scaleLengths(1 / given.size, T);

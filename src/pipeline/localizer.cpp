@@ -89,17 +89,6 @@ void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
   moveToFront(likeliest, registered.places);
 }
 
-/// What `find` returns, unless the budget of the query ends before it does.
-template <class Find>
-Localization withinBudget(const Find& find) {
-  Localization answer;
-  const auto cut = cutByBudget([&] {
-    askBudget("the index");
-    answer = find();
-  });
-  return cut ? *cut : answer;
-}
-
 /// The answer to a query that needs no search.
 Localization unfindable(const Query& query, std::string reason) {
   Localization answer;
@@ -481,8 +470,13 @@ Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
+const map::SemanticMap& Localizer::map() const {
+  if (!map_) throw UsageError("a localizer that was moved from has no map; assign another to it");
+  return *map_;
+}
+
 const Localizer::Index& Localizer::indexFor(const Query& query) const {
-  const CommonDetail detail = commonDetail(query.labels, map_->labels);
+  const CommonDetail detail = commonDetail(query.labels, map().labels);
   if (detail.isAll()) return *index_;
   const std::lock_guard<std::mutex> lock(coarse_->mutex);
   CoarseIndices::Coarse& coarse = coarse_->made[detail];
@@ -507,15 +501,17 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
 Localization Localizer::localize(const Query& query) const { return localizeNear(query, nullptr); }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
+  requireSound(expected, size_);
   const ExpectedPose canonical = scaledPose(1 / size_, expected);
   return localizeNear(query, &canonical);
 }
 
 Localization Localizer::localizeNear(const Query& query, const ExpectedPose* canonical) const {
   return withinBudget([&] {
+    askBudget("the index");
     const Index& index = indexFor(query);
     Localization answer =
-        inMetres(index.localize(*QueryInMap(query, map_->labels, size_), canonical), size_);
+        inMetres(index.localize(*QueryInMap(query, map().labels, size_), canonical), size_);
     if (!query.jumps.empty()) tellJump(query.jumps.back(), query.poses.size(), answer);
     return answer;
   });

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is asked of a pose that was found otherwise: what speaks for it, and why.
+#include <cmath>
+
 #include "pipeline/explain.h"
 #include "pipeline/level_on_map.h"
 #include "pipeline/localizer_index.h"
@@ -74,20 +76,27 @@ Explanation Localizer::Index::explain(const Query& given, const Localization& an
 std::vector<PoseCheck> Localizer::check(const Query& query,
                                         const std::vector<Eigen::Isometry3d>& T_map_query,
                                         double reach_m) const {
+  if (std::isnan(reach_m)) throw UsageError("reach_m is no number");
   const Index& index = indexFor(query);
   std::vector<Eigen::Isometry3d> poses;
-  for (const Eigen::Isometry3d& T : T_map_query) poses.push_back(scaled(1 / size_, T));
+  for (const Eigen::Isometry3d& T : T_map_query) {
+    requireNear("T_map_query", T, size_);
+    poses.push_back(scaled(1 / size_, T));
+  }
   std::vector<PoseCheck> checked =
-      index.check(*QueryInMap(query, map_->labels, size_), poses, reach_m / size_);
+      index.check(*QueryInMap(query, map().labels, size_), poses, reach_m / size_);
   for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
   return checked;
 }
 
 verify::Verdict Localizer::judge(const verify::Evidence& evidence) const {
+  map();  // is there one?
   return index_->judged(evidence);
 }
 
 bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {
+  map();  // is there one?
+  requireNear("T_map_query", T_given, size_);
   const QueryInMap query(given, given.labels, size_);  // a prior knows no classes
   const Eigen::Isometry3d T = scaled(1 / size_, T_given);
   const AlignedQuery upright(*query, {index_->alignmentOf(*query, T), 1});
@@ -95,17 +104,20 @@ bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given
 }
 
 Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
+  requireNear("T_map_query", place.T_map_query, size_);
   const Index& index = indexFor(query);
   const PoseCheck canonical{scaled(1 / size_, place.T_map_query), place.evidence};
-  return inMetres(index.describe(*QueryInMap(query, map_->labels, size_), canonical), size_);
+  return inMetres(index.describe(*QueryInMap(query, map().labels, size_), canonical), size_);
 }
 
 Explanation Localizer::explain(const Query& query, const Localization& answer) const {
   if (answer.hypotheses.empty()) return {};
   const Index& index = indexFor(query);
+  requireNear("T_map_query", answer.T_map_query, size_);
+  requireAnswerTo(query, map(), answer);
   Localization canonical = answer;
   if (size_ != kTownScale) scaleLengths(1 / size_, canonical);
-  Explanation explanation = index.explain(*QueryInMap(query, map_->labels, size_), canonical);
+  Explanation explanation = index.explain(*QueryInMap(query, map().labels, size_), canonical);
   scaleLengths(size_, explanation);
   return explanation;
 }

@@ -33,6 +33,10 @@ bool areFromShapes(const LabelSet& labels, const LabelSet& map_labels) {
 
 }  // namespace
 
+Localization Localizer::localize(const FrameSource& recording) const {
+  return withinBudget([&] { return localize(query(recording)); });
+}
+
 Query Localizer::query(const FrameSource& recording) const {
   return makeQuery(*withClasses(recording, options_, &labels()), options_);
 }

@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 
+#include "pipeline/query_check.h"
 #include "pipeline/query_in_map.h"
 #include "pipeline/recordings_in_one_set.h"
 #include "pipeline/shared_frames.h"
@@ -334,6 +335,7 @@ map::SemanticMap buildMap(const FrameSource& recording, const Options& options) 
 
 map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
                           const std::string& source, const Options& options) {
+  requireSound(graph);
   map::SemanticMap map;
   map.labels = labels;
   map.graph = graph;

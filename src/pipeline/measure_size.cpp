@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "xview/types/cells.h"
+#include "xview/types/error.h"
 #include "xview/types/median.h"
 
 namespace xview {
@@ -146,7 +147,10 @@ MeasuredSize measured(const std::vector<double>& lengths, Sensor sensor) {
 
 MeasuredSize measureSize(const std::vector<const FrameSource*>& recordings) {
   std::size_t total = 0;
-  for (const FrameSource* source : recordings) total += source->size();
+  for (const FrameSource* source : recordings) {
+    if (source == nullptr) throw UsageError("a recording to be measured is null");
+    total += source->size();
+  }
   const std::size_t step = std::max<std::size_t>(1, total / kFrames);
   std::vector<double> lengths;
   std::size_t before = 0;  // frames of earlier recordings

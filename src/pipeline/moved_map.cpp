@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/query_check.h"
 #include "xview/mapper.h"
 #include "xview/types/cells.h"
 
@@ -71,6 +72,7 @@ BevGrid movedBev(const BevGrid& view, const Eigen::Isometry3d& T_new_old,
 
 map::SemanticMap inFrameOf(const map::SemanticMap& map, map::SemanticMap other,
                            const Eigen::Isometry3d& T_map_other) {
+  requireNear("T_map_other", T_map_other, map.size);
   map::unpackPoints(other);
   for (Vertex& v : other.graph.vertices) v.position = T_map_other * v.position;
   const Eigen::Matrix3f R = T_map_other.linear().cast<float>();

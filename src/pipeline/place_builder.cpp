@@ -5,6 +5,7 @@
 
 #include "pipeline/gravity.h"
 #include "pipeline/point_quality.h"
+#include "pipeline/query_check.h"
 #include "pipeline/query_in_map.h"
 #include "xview/graph/edges.h"
 #include "xview/measure_size.h"
@@ -36,6 +37,22 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 }  // namespace
 
+namespace {
+
+/// Lists of a frame that somebody made by hand may be too short.
+void requireWhole(const PreprocessedFrame* frame) {
+  if (frame == nullptr) throw UsageError("a frame is null");
+  const std::size_t points = frame->cloud.size(), blobs = frame->blobs.size();
+  if (frame->weights.size() < points || frame->resolves_thin.size() < points)
+    throw UsageError(
+        "a frame has fewer weights than points; preprocessFrame() makes one that is whole");
+  for (const auto& [a, b] : frame->blob_edges) {
+    if (a >= blobs || b >= blobs) throw UsageError("a frame has edges to blobs that there are not");
+  }
+}
+
+}  // namespace
+
 bool isImageSpace(const Options& options) { return options.graph_space == "image"; }
 bool usesImageRegions(const Options& options) { return options.graph_space != "cloud"; }
 
@@ -59,6 +76,7 @@ PlaceBuilder::PlaceBuilder(const LabelSet& labels, const Options& options, Place
 }
 
 void PlaceBuilder::add(SharedFrame frame) {
+  requireWhole(frame.get());
   if (frame->size != place_.size)
     throw UsageError("a frame of size " + sizeText(frame->size) + " in a place of size " +
                      sizeText(place_.size) + "; set options.size for both");
@@ -240,6 +258,7 @@ Query makeQuery(const FrameSource& source, const Options& options,
 
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options) {
   Stopwatch watch;
+  requireSound(graph);
   Query query;
   query.labels = labels;
   query.graph = graph;

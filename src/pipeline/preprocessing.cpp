@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "pipeline/point_quality.h"
+#include "pipeline/query_check.h"
 #include "pipeline/query_in_map.h"
 #include "pipeline/shared_frames.h"
 #include "xview/depth_plausibility.h"
@@ -170,6 +171,7 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
   Stopwatch watch;
   PreprocessedFrame preprocessed;
   preprocessed.size = parseSize(given.size).value_or(kTownScale);
+  requireNear(name + ": T_odom_sensor", frame.T_odom_sensor, preprocessed.size);
   if (preprocessed.size != kTownScale) scaleLengths(1 / preprocessed.size, frame);
   const Options options = inCanonicalLengths(given, preprocessed.size);
   double inverse_depth_sigma = 0;  // depth z of a camera is known to z^2 times this [1/m]
@@ -178,7 +180,10 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
   preprocessed.sensor = frame.sensor;
   preprocessed.T_odom_sensor = frame.T_odom_sensor;
   preprocessed.up_sensor = frame.up_sensor;
-  if (frame.sensor == Sensor::camera) {
+  // Images of two sizes are refused where they are lifted.
+  const bool are_of_one_size =
+      frame.label.width == frame.depth.width && frame.label.height == frame.depth.height;
+  if (frame.sensor == Sensor::camera && are_of_one_size) {
     const double noise = inverse_depth_sigma = graph::inverseDepthNoise(frame.depth);
     frame.label = graph::cleanLabels(frame.label, labels, options.clean);
     if (graph::isNoiseOfPixels(noise, frame.depth))

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "pipeline/query_check.h"
 #include "xview/options.h"
 #include "xview/raw_recording.h"
 #include "xview/search/likelihoods.h"
@@ -236,6 +237,7 @@ Query scaledQuery(const Query& query, double scale) {
 
 QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double map_size)
     : MaybeChanged(given) {
+  requireSound(given);
   if (given.size != map_size && !given.bev.known.empty()) {
     throw Error("the query", fmt::format("it was made with lengths of size {0} and the map with "
                                          "those of size {1}; make it again with --size {1}",

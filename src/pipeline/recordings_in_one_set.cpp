@@ -34,6 +34,7 @@ RecordingsInOneSet::RecordingsInOneSet(const std::vector<const FrameSource*>& so
   if (sources.empty()) throw UsageError("a map needs at least one recording");
   std::vector<const FrameSource*> classified;
   for (const FrameSource* source : sources) {
+    if (source == nullptr) throw UsageError("a recording of a map is null");
     classified_.push_back(withClasses(*source, given));
     classified.push_back(classified_.back().get());
   }

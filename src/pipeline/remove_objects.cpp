@@ -5,6 +5,7 @@
 #include "landmark_box.h"
 #include "xview/changes.h"
 #include "xview/types/cells.h"
+#include "xview/types/error.h"
 
 namespace xview {
 namespace {
@@ -80,6 +81,9 @@ void removeVertices(const std::vector<bool>& is_removed, SemanticGraph& graph) {
 }  // namespace
 
 void removeObjects(Place& place, const std::vector<std::size_t>& vertices) {
+  for (const std::size_t i : vertices) {
+    if (i >= place.graph.size()) throw UsageError("an object to be removed is not there");
+  }
   const double size = place.size;
   scaleLengths(1 / size, place);
   std::vector<Vertex> removed;

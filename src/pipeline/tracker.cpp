@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "pipeline/query_check.h"
 #include "xview/types/budget.h"
 #include "xview/types/error.h"
 
@@ -42,11 +43,16 @@ Tracker::Tracker(const Localizer& localizer, const Options& options, std::size_t
 }
 
 std::optional<TrackAnswer> Tracker::add(const Frame& frame, const LabelSet& labels) {
-  frames_.push_back(localizer_.preprocess(frame, labels));
-  ++added_;
-  if (frames_.size() < window_) return std::nullopt;
-  const std::vector<PreprocessedFrame> frames = std::exchange(frames_, {});
-  return follow(localizer_.query(frames, labels));
+  std::optional<TrackAnswer> answer;
+  const auto cut = cutByBudget([&] {
+    frames_.push_back(localizer_.preprocess(frame, labels));
+    ++added_;
+    if (frames_.size() < window_) return;
+    const std::vector<PreprocessedFrame> frames = std::exchange(frames_, {});
+    answer = follow(localizer_.query(frames, labels));
+  });
+  if (cut) answer.emplace().fix = *cut;
+  return answer;
 }
 
 std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
@@ -61,7 +67,7 @@ std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
                       odometry.drift * travelled;
   expected.yaw_rad = kMinYaw_deg * M_PI / 180 + kSigmas * fix_->sigma_rad +
                      odometry.drift_deg_per_m * M_PI / 180 * travelled;
-  if (expected.radius_m > kMaxRadius_m * size) {
+  if (!(expected.radius_m <= kMaxRadius_m * size) || !std::isfinite(expected.yaw_rad)) {
     fix_.reset();
     return std::nullopt;
   }
@@ -70,6 +76,7 @@ std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
 }
 
 void Tracker::begin(const Query& query, const Localization& fix) {
+  requireSound(query);
   const Matrix6d& c = fix.covariance;
   const double largest = std::max(c(0, 0), c(1, 1)) +
                          std::abs(c(0, 1));  // bounds the variance along any direction of the plane
@@ -79,6 +86,7 @@ void Tracker::begin(const Query& query, const Localization& fix) {
 
 TrackAnswer Tracker::follow(const Query& query) {
   TrackAnswer answer;
+  requireSound(query);
   if (!query.jumps.empty()) fix_.reset();  // its odometry leads nowhere from there
   bool is_cut = false;                     // then there is no time for the whole map
   if (const auto expected = expectation(query)) {

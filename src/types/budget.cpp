@@ -92,8 +92,11 @@ Budget::Budget(const BudgetLimits& limits) : limits_(limits), around_(t_budget) 
   if (limits_.any()) t_budget = this;
 }
 
+/// Those that were made later may still be in force, and must forget this one.
 Budget::~Budget() {
-  t_budget = around_;
+  Budget** in_force = &t_budget;
+  while (*in_force != nullptr && *in_force != this) in_force = &(*in_force)->around_;
+  if (*in_force == this) *in_force = around_;
   if (limits_.memory_mb > 0) processBound().remove(limits_.memory_mb);
 }
 
@@ -147,6 +150,12 @@ std::optional<Localization> cutByBudget(const std::function<void()>& work) {
     budget->exhausted_ = "memory";
   }
   return budget->cut();
+}
+
+Localization withinBudget(const std::function<Localization()>& find) {
+  Localization answer;
+  const auto cut = cutByBudget([&] { answer = find(); });
+  return cut ? *cut : answer;
 }
 
 Budget* BudgetOfThread::current() { return t_budget; }

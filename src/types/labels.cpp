@@ -218,7 +218,9 @@ const ClassNames& ClassNames::shipped() {
 
 const ClassNames::Line* ClassNames::find(const std::string& class_name) const {
   const std::string joined = asWords(class_name, false), split = asWords(class_name, true);
-  const std::array spellings = {joined, split, inSingular(joined), inSingular(split)};
+  std::vector<std::string> spellings = {joined, split, inSingular(joined), inSingular(split)};
+  std::sort(spellings.begin(), spellings.end());  // most names have one spelling only
+  spellings.erase(std::unique(spellings.begin(), spellings.end()), spellings.end());
   const auto fits = [&](const std::string& name) {
     return std::any_of(spellings.begin(), spellings.end(), [&](const std::string& words) {
       return words.find(name) != std::string::npos;

@@ -348,6 +348,16 @@ TEST_F(TumRgbd, LeavesOutFramesWithoutLabelOrPose) {
   EXPECT_NE(found.find("; 1 have no pose within 0.2 s"), std::string::npos) << found;
 }
 
+TEST_F(TumRgbd, ANameThatNoFileCanHaveIsRefusedInAShortLine) {
+  for (const std::string& name : {std::string(300, 'x'), "depth/" + std::string(100000, 'x')}) {
+    write("depth.txt", "10.00 depth/10.00.png\n10.10 " + name + "\n");
+    const std::string found = message();
+    EXPECT_EQ(found.find((folder_ / "depth.txt") + ":2: expected the name of a file"), 0u)
+        << found.substr(0, 200);
+    EXPECT_LT(found.size(), folder_.path().size() + 150);
+  }
+}
+
 class VirtualKitti : public Dataset {
  protected:
   VirtualKitti() {

@@ -4,14 +4,19 @@
 #include <pcl/point_types.h>
 
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "pipeline/simulated_drive.h"
 #include "support/test_data.h"
+#include "xview/changes.h"
 #include "xview/cloud_recording.h"
 #include "xview/localizer.h"
 #include "xview/raw_recording.h"
 #include "xview/search/likelihoods.h"
+#include "xview/sequence.h"
 #include "xview/tracker.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 
 namespace xview {
@@ -205,6 +210,127 @@ TEST(CloudRecordings, RefuseWhatTheyCannotMean) {
   EXPECT_THROW(buildMap(std::vector<const FrameSource*>{}, Options()), UsageError);
   const Localizer localizer(simulatedDrive().map);
   EXPECT_EQ(localizer.localize(bare).status, Status::rejected);
+}
+
+/// The same for every call that asks for one pose: nothing that is no pose of this world.
+TEST(LocalizerQueries, PosesThatAreNoneAreRefused) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map);
+  const Query query = drive.query("rear", 10, 14);
+  const auto at = [](double x) {
+    return Eigen::Isometry3d(Eigen::Translation3d(Eigen::Vector3d::Constant(x)));
+  };
+  Eigen::Isometry3d stretched = at(0), empty;
+  stretched.linear() *= 2;
+  empty.matrix().setConstant(NAN);
+  for (const Eigen::Isometry3d& T : {at(2e9), at(1e300), at(INFINITY), at(NAN), stretched, empty}) {
+    EXPECT_THROW(localizer.check(query, {T}, 1), UsageError);
+    EXPECT_THROW(localizer.describe(query, {T, {}}), UsageError);
+    EXPECT_THROW(localizer.priorAllows(query, T), UsageError);
+    EXPECT_THROW(localizer.localize(query, {T, 5, 0.1}), UsageError);
+    EXPECT_THROW(inFrameOf(drive.map, drive.map, T), UsageError);
+  }
+  for (const double wrong : {double(NAN), double(INFINITY), -1.0}) {
+    EXPECT_THROW(localizer.localize(query, {at(0), wrong, 0.1}), UsageError);
+    EXPECT_THROW(localizer.localize(query, {at(0), 5, wrong}), UsageError);
+  }
+  EXPECT_THROW(localizer.check(query, {at(0)}, NAN), UsageError);
+  EXPECT_EQ(localizer.check(query, {at(9e7)}, 1).size(), 1u) << "far off, but on this world";
+  EXPECT_EQ(localizer.check(query, {}, 1).size(), 0u);
+}
+
+TEST(LocalizerQueries, QueriesThatAreNoneAreRefused) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map);
+  const Query query = drive.query("rear", 10, 14);
+  const auto expectRefused = [&](const char* what, const std::function<void(Query&)>& spoil) {
+    Query spoilt = query;
+    spoil(spoilt);
+    EXPECT_THROW(localizer.localize(spoilt), UsageError) << what;
+    EXPECT_THROW(localizer.check(spoilt, {Eigen::Isometry3d::Identity()}, 1), UsageError) << what;
+    EXPECT_THROW(Tracker(localizer).follow(spoilt), UsageError) << what;
+    EXPECT_THROW(Sequence(localizer).add(spoilt, 0, 4), UsageError) << what;
+  };
+  expectRefused("empty", [](Query& q) { q = Query(); });
+  expectRefused("no pose", [](Query& q) { q.poses.clear(); });
+  expectRefused("NaN in a pose", [](Query& q) { q.poses[1].translation().x() = NAN; });
+  expectRefused("far pose", [](Query& q) { q.poses[1].translation().x() = 1e300; });
+  expectRefused("NaN in a vertex", [](Query& q) { q.graph.vertices[0].position.x() = NAN; });
+  expectRefused("edges to nowhere",
+                [](Query& q) { q.graph.neighbours.assign(q.graph.size(), {1000000}); });
+  expectRefused("no edges", [](Query& q) {
+    q.graph.neighbours.clear();
+    q.graph.edge_radius_m = 0;
+  });
+  expectRefused("NaN in a point", [](Query& q) { q.cloud.points[0].x = NAN; });
+  expectRefused("view of no pose", [](Query& q) { q.cloud.points[0].view = 1000; });
+  expectRefused("cells of no size", [](Query& q) { q.bev.cell_m = 0; });
+  Localization other = localizer.localize(query);
+  other.hypotheses.resize(1);
+  other.kept = {{1000000, 0, 1}};
+  EXPECT_THROW(localizer.explain(query, other), UsageError);
+}
+
+TEST(LocalizerQueries, UnderABudgetWholeCloudsAndRecordingsAreAnsweredToo) {
+  const auto& drive = simulatedDrive();
+  const Localizer localizer(drive.map);
+  const auto cloud = cloudOf<pcl::PointXYZ>("rear", 10, 14);
+  Tracker tracker(localizer);
+  const Budget budget({1e-9, 0});
+  for (const Localization& fix :
+       {localizer.localize(cloud), localizer.localize(*drive.sessions.at("rear")),
+        tracker.add(cloud, Eigen::Isometry3d::Identity())->fix}) {
+    EXPECT_EQ(fix.status, Status::rejected);
+    EXPECT_NE(fix.reason.find("the time of 1e-09 s ended in"), std::string::npos) << fix.reason;
+  }
+}
+
+TEST(LocalizerQueries, ALocalizerThatWasMovedFromSaysSo) {
+  Localizer localizer(simulatedDrive().map);
+  const Query query = simulatedDrive().query("rear", 10, 14);
+  const Localizer taken = std::move(localizer);
+  const auto expectSaid = [&](const std::function<void()>& call) {
+    try {
+      call();
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const UsageError& e) {
+      EXPECT_NE(std::string(e.what()).find("moved from"), std::string::npos) << e.what();
+    }
+  };
+  const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
+  expectSaid([&] { localizer.localize(query); });
+  expectSaid([&] { localizer.localize(query, {here, 1, 1}); });
+  expectSaid([&] { localizer.localize(pcl::PointCloud<pcl::PointXYZ>()); });
+  expectSaid([&] { localizer.check(query, {here}, 1); });
+  expectSaid([&] { localizer.describe(query, {here, {}}); });
+  expectSaid([&] { localizer.priorAllows(query, here); });
+  expectSaid([&] { localizer.judge({}); });
+  expectSaid([&] { localizer.labels(); });
+  localizer = Localizer(simulatedDrive().map);
+  EXPECT_NO_THROW(localizer.labels());
+}
+
+TEST(LocalizerQueries, WhatIsMissingIsSaid) {
+  const auto& drive = simulatedDrive();
+  EXPECT_THROW(buildMap(std::vector<const FrameSource*>{nullptr}, Options()), UsageError);
+  EXPECT_THROW(CloudRecording().read(0), UsageError);
+  SemanticGraph graph;
+  graph.vertices.resize(2);
+  graph.neighbours = {{7}, {}};
+  EXPECT_THROW(makeQuery(graph, drive.labels, {}), UsageError);
+  EXPECT_THROW(buildMap(graph, drive.labels, "graph", {}), UsageError);
+  PlaceBuilder builder(drive.labels, {}, PlaceUse::query);
+  EXPECT_THROW(builder.add(PlaceBuilder::SharedFrame()), UsageError);
+  PreprocessedFrame cut = drive.frames.at("rear")[0];
+  cut.weights.clear();
+  EXPECT_THROW(builder.add(std::move(cut)), UsageError);
+  Frame frame = drive.sessions.at("rear")->read(0);
+  frame.label = LabelImage(3, 3);
+  EXPECT_THROW(preprocessFrame(frame, drive.labels, {}), Error) << "images of two sizes";
+  frame.T_odom_sensor.translation().x() = 1e300;
+  EXPECT_THROW(preprocessFrame(frame, drive.labels, {}), UsageError) << "a far pose";
+  Place place = drive.map;
+  EXPECT_THROW(removeObjects(place, {place.graph.size()}), UsageError);
 }
 
 TEST(Tracker, FollowsFramesThatAreAddedOneByOne) {

@@ -252,6 +252,8 @@ class Arrays(unittest.TestCase):
         points, positions = town.points, town.graph.positions
         self.assertFalse(points.flags.owndata)
         self.assertFalse(points.flags.writeable)
+        far = xview.Map.build(self.town + [500000.0, 5400000.0, 300.0])
+        self.assertFalse(far.points.flags.writeable)
         copy, places = points.copy(), positions.copy()
         del town
         np.testing.assert_array_equal(points, copy)
@@ -304,6 +306,76 @@ class Errors(unittest.TestCase):
         self.assertSays(xview.UsageError, "points", localizer.localize, "town")
         self.assertTrue(issubclass(xview.UsageError, ValueError))
         self.assertTrue(issubclass(xview.UsageError, xview.Error))
+
+    def test_class_names_and_stamps_that_are_none(self):
+        town = posts_town(2000)
+        ids = np.ones(len(town), int)
+        build = xview.Map.build
+        for classes, words in (({1: 5}, "classes[1] is no text"), ({2**40: "x"}, "is no class id"),
+                               ({-1: "x"}, "is no class id"), ({"a": "x"}, "is no class id"),
+                               ({1: "\udc80"}, "lone surrogate"), ([1], "classes is no path")):
+            self.assertSays(xview.UsageError, words, build, town, labels=ids, classes=classes)
+        for stamp in ("a", np.nan, np.inf, None, [1]):
+            self.assertSays(xview.UsageError, "stamps[0]", build, [town], stamps=[stamp])
+        self.assertSays(xview.UsageError, "stamps has 3 items", build, [town], stamps=[1, 2, 3])
+        tracker = xview.Tracker(xview.Localizer(build(town)))
+        self.assertSays(xview.UsageError, "stamp is no", tracker.add, town, np.eye(4), np.nan)
+        self.assertSays(xview.UsageError, "no path", xview.read, "a\0b")
+        self.assertSays(xview.Error, "no such file", xview.read, b"/no/such")
+        self.assertSays(xview.UsageError, "list of Fix", xview.evaluate, [1], [np.eye(4)])
+        self.assertSays(xview.UsageError, "no text", build, town, walks={1: 2})
+
+    def test_many_classes_are_quick(self):
+        town = posts_town(2000)
+        names = {i: f"c{i}" for i in range(100000)}
+        began = time.process_time()
+        self.assertSays(xview.UsageError, "labels", xview.Map.build, town,
+                        labels=np.zeros(3, int), classes=names)
+        print(f"100,000 classes: {time.process_time() - began:.2f} s")
+
+    def test_rows_that_cost_nothing_to_ask_for(self):
+        endless = np.broadcast_to(np.zeros(3), (10**10, 3))
+        town = posts_town(2000)
+        localizer = xview.Localizer(xview.Map.build(town))
+        for query in (endless, [endless]):
+            self.assertSays(xview.UsageError, "10000000000 rows, expected 1000000000 at most",
+                            localizer.localize, query)
+        self.assertSays(xview.UsageError, "rows", localizer.localize, town,
+                        labels=np.broadcast_to(np.uint32(1), (10**10,)))
+        self.assertSays(xview.UsageError, "10000000000 poses", localizer.localize, [town],
+                        poses=np.broadcast_to(np.eye(4), (10**10, 4, 4)))
+        self.assertSays(xview.UsageError, "points[0]", localizer.localize, range(10**12))
+
+    def test_what_was_made_without_its_class(self):
+        for kind in (xview.Localizer, xview.Map, xview.Tracker, xview.Fix, xview.Graph,
+                     xview.Recording, type(xview.descriptors(xview.Graph(np.zeros((1, 3)), [4])))):
+            unmade = kind.__new__(kind)
+            members = [name for name in vars(kind) if not name.startswith("__") or
+                       name in ("__repr__", "__len__", "__bool__")]
+            self.assertTrue(members)
+            for name in members:
+                with self.assertRaises((xview.UsageError, TypeError), msg=f"{kind} {name}"):
+                    member = getattr(unmade, name)
+                    member()
+            for call in (xview.Localizer, xview.Map.build, xview.Tracker, xview.graph):
+                with self.assertRaises((xview.UsageError, TypeError), msg=f"{call} {kind}"):
+                    call(unmade)
+            del unmade
+        scan = posts_town(200)
+        for call in (lambda: xview.Localizer.__new__(xview.Localizer).localize(scan),
+                     lambda: xview.Tracker.__new__(xview.Tracker).add(scan, np.eye(4)),
+                     lambda: xview.evaluate([xview.Fix.__new__(xview.Fix)], [np.eye(4)]),
+                     lambda: xview.Fix.__new__(xview.Fix).reason):
+            self.assertSays(xview.UsageError, "made by __new__ alone", call)
+
+    def test_names_in_a_reason_are_escaped(self):
+        town = posts_town(2000)
+        evil = {1: "\x1b[31m\nevil"}
+        other = xview.Map.build(town, labels=np.ones(len(town), int), classes={1: "pole"})
+        fix = xview.Localizer(other).localize(town, labels=np.ones(len(town), int), classes=evil)
+        self.assertIn("evil", fix.reason)
+        self.assertNotIn("\x1b", fix.reason + repr(fix))
+        self.assertNotIn("\n", fix.reason + repr(fix))
 
     def test_clouds_without_a_point(self):
         localizer = xview.Localizer(xview.Map.build(posts_town(2000)))

@@ -3,13 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <fmt/core.h>
+#include <sys/stat.h>
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "tools/tiny_town.h"
+#include "xview/io/cloud_files.h"
 #include "xview/io/pose_files.h"
 
 namespace xview::test {
@@ -198,6 +204,177 @@ TEST_F(Follow, AFolderThatFillsIsReadUntilItIsStopped) {
     EXPECT_EQ(lines[i]["stamp"], i);
     EXPECT_FALSE(lines[i].contains("error")) << lines[i];
   }
+}
+
+/// Scans of a drive in a folder that is watched until nothing comes any more.
+class WatchedFolder : public Follow {
+ protected:
+  WatchedFolder() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    fs::remove(file("pose.yaml"));
+  }
+  std::string path(std::size_t i) const { return folder_ + fmt::format("/{:06}.bin", i); }
+  void put(std::size_t i) const { fs::copy_file(scan("lidar_reverse", i), path(i)); }
+  std::string linesOfPoses(std::size_t count) const {
+    const auto truth = truthOf("lidar_reverse");
+    std::string lines;
+    for (std::size_t i = 0; i < count; ++i)
+      lines += poseLine(static_cast<double>(i), truth[i].T_frame_sensor) + "\n";
+    return lines;
+  }
+  void writePoses(const std::string& text) const { writeText(folder_ + "/poses.txt", text); }
+  Outcome watch(const char* idle_s = "0.5") const {
+    return runXview({"follow", "-q", folder_, map(), "--idle", idle_s}, {50, 0, ""});
+  }
+  /// Every scan has one line; that of these has an error with these words, and no other one has.
+  void expectErrors(std::size_t scans, const std::map<std::size_t, std::string>& words) const {
+    const Outcome outcome = watch();
+    EXPECT_EQ(outcome.code, 1);
+    const std::vector<Json> lines = jsonLines(outcome.out);
+    ASSERT_EQ(lines.size(), scans) << outcome.out;
+    std::map<std::string, Json> line_of;
+    for (const Json& line : lines) line_of[line["input"].get<std::string>()] = line;
+    for (std::size_t i = 0; i < scans; ++i) {
+      ASSERT_EQ(line_of.count(path(i)), 1u) << i;
+      const std::string error = line_of[path(i)].value("error", "");
+      const auto expected = words.find(i);
+      if (expected == words.end())
+        EXPECT_EQ(error, "");
+      else
+        EXPECT_NE(error.find(expected->second), std::string::npos) << error;
+    }
+  }
+
+  const std::string folder_ = file("watched");
+};
+
+TEST_F(WatchedFolder, ABadNameCostsOneLine) {
+  put(0);
+  writeText(path(1), "");
+  fs::create_symlink("/nowhere", path(2));
+  fs::create_symlink("/dev/zero", path(3));
+  ASSERT_EQ(mkfifo(path(4).c_str(), 0600), 0);
+  fs::create_directory(path(5));
+  writeText(path(6), std::string(1001, 'x'));
+  put(7);
+  expectErrors(8, {{1, "is empty"},
+                   {2, "is a link to nothing"},
+                   {3, "is not a regular file"},
+                   {4, "is not a regular file"},
+                   {5, "is a folder"},
+                   {6, "16 bytes"}});
+}
+
+TEST_F(WatchedFolder, PoseLinesAreThoseOfTheNumberInTheName) {
+  for (const std::size_t i : {0u, 2u, 3u}) put(i);
+  writePoses("# a comment\n\n" + linesOfPoses(4));
+  const std::vector<Json> lines = jsonLines(watch().out);
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[0]["stamp"], 0);
+  EXPECT_EQ(lines[1]["stamp"], 2);
+  EXPECT_EQ(lines[2]["stamp"], 3);
+}
+
+TEST_F(WatchedFolder, ABadLineOfPosesCostsOneLine) {
+  for (std::size_t i = 0; i < 7; ++i) put(i);
+  const std::string good = linesOfPoses(1);
+  writePoses(good + "garbage\n1 nan 0 0 0 0 0 1\n1 1e9 0 0 0 0 0 1\n" + std::string(100000, 'x') +
+             "\n" + good + "6 1 2");
+  const std::string wrong = ": expected stamp tx ty tz";
+  expectErrors(7, {{1, "line of frame 1" + wrong},
+                   {2, "line of frame 2" + wrong},
+                   {3, "line of frame 3" + wrong},
+                   {4, "line of frame 4" + wrong},
+                   {6, "no line of number 6"}});
+}
+
+TEST_F(WatchedFolder, PosesThatAreNoFileDoNotHang) {
+  put(0);
+  ASSERT_EQ(mkfifo((folder_ + "/poses.txt").c_str(), 0600), 0);
+  expectErrors(1, {{0, "poses.txt: is not a regular file"}});
+}
+
+TEST_F(WatchedFolder, HalfAFileIsNotTaken) {
+  const std::string whole = readText(scan("lidar_reverse", 0));
+  std::thread robot([&] {
+    std::ofstream writer(path(0), std::ios::binary);
+    writer << whole.substr(0, whole.size() / 32 * 16) << std::flush;
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    writer << whole.substr(whole.size() / 32 * 16) << std::flush;
+  });
+  const std::vector<Json> halves = jsonLines(watch().out);
+  robot.join();
+  ASSERT_EQ(halves.size(), 1u);
+  fs::remove(path(0));
+  writeText(path(0), whole);
+  const std::vector<Json> at_once = jsonLines(watch().out);
+  ASSERT_EQ(at_once.size(), 1u);
+  EXPECT_EQ(halves[0]["reason"], at_once[0]["reason"]) << "the same points were read";
+}
+
+/// A header tells that a file pauses, however long that is.
+TEST_F(WatchedFolder, WhatIsShorterThanItsHeaderSaysIsWaitedFor) {
+  LabelledCloud cloud;
+  for (int i = 0; i < 1000; ++i)
+    cloud.points.push_back(Point(static_cast<float>(i % 31), static_cast<float>(i % 17), 0, 1));
+  io::writePcd(file("whole.pcd"), cloud);
+  const std::string whole = readText(file("whole.pcd"));
+  std::thread robot([&] {
+    std::ofstream writer(folder_ + "/0.pcd", std::ios::binary);
+    writer << whole.substr(0, whole.size() / 2) << std::flush;
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    writer << whole.substr(whole.size() / 2) << std::flush;
+  });
+  const Outcome outcome = watch("1.5");
+  robot.join();
+  const std::vector<Json> lines = jsonLines(outcome.out);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_FALSE(lines[0].contains("error")) << lines[0];
+}
+
+TEST_F(WatchedFolder, ThePoseFileOfAnEarlierRunIsRemovedFirst) {
+  const auto isRemoved = [&](const std::vector<std::string>& arguments, int code) {
+    writeText(file("pose.yaml"), "of an earlier run");
+    std::vector<std::string> all = arguments;
+    all.insert(all.end(), {"--initialpose", file("pose.yaml")});
+    const Outcome outcome = runXview(all, {50, 0, ""});
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_NE(outcome.err.find("of an earlier query is removed until"), std::string::npos)
+        << outcome.err;
+    EXPECT_FALSE(fs::exists(file("pose.yaml")));
+  };
+  isRemoved({"follow", folder_, map(), "--idle", "0.1"}, 3);
+  isRemoved({"follow", folder_, file("no.xvm"), "--idle", "0.1"}, 1);
+  writeText(path(0), "no scan");
+  isRemoved({"follow", folder_, map(), "--idle", "0.1"}, 1);
+  isRemoved({"localize", path(0), file("no.xvm")}, 1);
+}
+
+TEST_F(Follow, AWrongPoseIsSaidAndALongLineIsRefusedInLittleMemory) {
+  const std::string given = scan("lidar_reverse", 0);
+  for (const char* pose : {"1 nan 0 0 0 0 0 1", "1 2 3", "1 1e9 0 0 0 0 0 1"}) {
+    const std::vector<Json> lines = jsonLines(followLines(given + " " + pose + "\n", "").out);
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0]["input"], given);
+    EXPECT_NE(lines[0]["error"].get<std::string>().find(
+                  fmt::format("its pose: expected stamp tx ty tz qx qy qz qw: finite numbers, "
+                              "within 1e8 m, with a quaternion of length 1, found '{}'",
+                              pose)),
+              std::string::npos)
+        << lines[0];
+  }
+  const Outcome outcome =
+      runProgram("/bin/sh",
+                 {"-c", fmt::format("(head -c 400000000 /dev/zero | tr '\\0' a; echo; echo {}) | "
+                                    "'{}' follow -q - '{}'",
+                                    given, XVIEW_PROGRAM, map())},
+                 {60, 300, ""});
+  const std::vector<Json> lines = jsonLines(outcome.out);
+  ASSERT_EQ(lines.size(), 2u) << outcome.out.substr(0, 300) << outcome.err.substr(0, 300);
+  EXPECT_NE(lines[0]["error"].get<std::string>().find("a line of more than 8192 bytes"),
+            std::string::npos);
+  EXPECT_FALSE(lines[1].contains("error"));
 }
 
 }  // namespace

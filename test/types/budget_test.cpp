@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <cmath>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <thread>
@@ -97,6 +98,22 @@ TEST(Budgets, ThatBoundMemoryAtTheSameTimeAddUp) {
     }).join();
     EXPECT_EQ(memoryBound(), of_one);
   }
+  EXPECT_EQ(memoryBound(), before);
+}
+
+/// Check fix for: the one that ended last put another in force again that had ended before.
+TEST(Budgets, EndInAnyOrder) {
+  const rlim_t before = memoryBound();
+  auto outer = std::make_unique<Budget>(BudgetLimits{100, 0});
+  auto unlimited = std::make_unique<Budget>(BudgetLimits{});
+  auto inner = std::make_unique<Budget>(BudgetLimits{1e-9, 1000});
+  outer.reset();
+  EXPECT_THROW(askBudget("the test"), BudgetExhausted) << "the inner one is still in force";
+  inner.reset();
+  EXPECT_NO_THROW(askBudget("the test"));
+  EXPECT_FALSE(isBudgetSpent());
+  unlimited.reset();
+  EXPECT_EQ(BudgetOfThread::current(), nullptr);
   EXPECT_EQ(memoryBound(), before);
 }
 

@@ -32,6 +32,7 @@ struct BudgetExhausted : std::exception {
 /// it with askBudget() now and then; a Localizer turns what that throws into an answer that is
 /// rejected, says where it was cut, and has no hypothesis. Memory is bounded by the operating
 /// system for the whole process (RLIMIT_DATA): bounds of queries that run at the same time add up.
+/// It ends on the thread that made it; of several the order does not matter.
 class Budget {
  public:
   /// Without limits nothing changes: a bound around this one stays in force. Throws UsageError, and
@@ -69,6 +70,9 @@ inline bool isBudgetSpent() { return !exhaustedBudget().empty(); }
 /// Does the work; if the budget of the query ends before it does, the answer that says so. What the
 /// work made must not be used then. Without a budget all exceptions pass.
 std::optional<Localization> cutByBudget(const std::function<void()>& work);
+
+/// What `find` returns, or the answer that says what was cut.
+Localization withinBudget(const std::function<Localization()>& find);
 
 /// Puts the budget of one thread in force on another one that works for it.
 class BudgetOfThread {

@@ -119,6 +119,8 @@ class RecordingTable {
               "ray) in all rows",
               pair->depth.type, depth_type_);
         }
+        file_.requireFileName(pair->depth.file);
+        file_.requireFileName(pair->segmentation.file);
         depth_type_ = pair->depth.type;
         camera_ = pair->depth.camera;
         frames.push_back(frameOf(row, cells, *pair));

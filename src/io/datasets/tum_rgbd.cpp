@@ -83,6 +83,7 @@ std::vector<StampedFile> readFileList(const std::string& path) {
   std::string_view line;
   while (input.readWords(words, "#", &line)) {
     if (words.size() != 2) input.failAtLine("expected stamp and file, found {}", inQuotes(line));
+    input.requireFileName(words[1]);
     files.push_back({input.numbersOf({words[0]})[0], fs::path(path).parent_path() / words[1]});
   }
   return files;
