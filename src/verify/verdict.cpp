@@ -200,13 +200,15 @@ class Reason {
                                   : "";
     return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
   }
+  std::string ofUnconverged() const {
+    return "the best place does not hold: the registration does not converge there" +
+           whatWouldHelp();
+  }
   std::string ofRejected() const {
     const double odds = oddsOf(s_, model_);
     if (odds >= odds_needed_)
       return "the place fits, but the position there is open by metres" + whatWouldHelp();
-    if (s_.dense.registered() && !s_.dense.converged)
-      return "the best place does not hold: the registration does not converge there" +
-             whatWouldHelp();
+    if (s_.dense.registered() && !s_.dense.converged) return ofUnconverged();
     const double in_query = worseOf(kMapOverlap, kMissRatio),
                  in_map = worseOf(kObstacleOverlap, kConflictRatio);
     if (std::min(in_query, in_map) < -1) {
@@ -426,6 +428,13 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     return verdict;
   }
   const Reason reason(e, s, model, std::log(o.min_confidence / (1 - o.min_confidence)));
+  // Points that nobody could lay on those of the map do not say where the query is.
+  if (s.dense.of == DenseEvidence::Of::points && !s.dense.converged &&
+      verdict.confidence >= o.min_confidence) {
+    verdict.confidence = std::nextafter(o.min_confidence, 0.0);
+    verdict.reason = reason.ofUnconverged();
+    return verdict;
+  }
   if (verdict.confidence >= o.min_confidence) {
     verdict.status = Status::accepted;
     verdict.reason = reason.ofAccepted();
