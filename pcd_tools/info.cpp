@@ -207,6 +207,7 @@ void printRecording(Sheet& sheet, const FrameSource& source, const Job& job) {
   forEachFrame(
       source, job, "info", [](const Frame& frame) { return censusOf(frame); },
       [&](Census census) { frames.push_back(std::move(census)); });
+  logStrays(source, job.narrate);
   Census all;
   double length_m = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -451,11 +452,13 @@ class InfoCommand final : public Command {
     if (raw && raw->labels().empty()) {
       for (const std::string& note : raw->notes()) job.narrate.note(path + ": " + note);
       printSize(sheet, std::vector<const FrameSource*>{raw.get()}, job.options);
-      return sheet.bounds("bounds", censusOf(raw->read(0)).bounds);
+      sheet.bounds("bounds", censusOf(raw->read(0)).bounds);
+      return logStrays(*raw, job.narrate);
     }
     const auto source = openInput(path, options, job);
     printSize(sheet, std::vector<const FrameSource*>{source.get()}, job.options);
     const Census census = censusOf(source->read(0));
+    logStrays(*source, job.narrate);
     sheet.row("finite", fmt::format("{} points", census.measured), census.measured);
     sheet.bounds("bounds", census.bounds);
     sheet.classes(census, source->labels(), "points");

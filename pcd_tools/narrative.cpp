@@ -161,8 +161,14 @@ Progress Narrative::progress(const std::string& name) const {
   };
 }
 
+void logStrays(const FrameSource& source, const Narrative& narrate) {
+  if (const LeftOut left_out = source.leftOut(); left_out.any())
+    narrate.note(source.name() + ": " + left_out.text());
+}
+
 void logLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
                 const Narrative& narrate) {
+  logStrays(source, narrate);
   const std::string classes = unknownClasses(source, counts);
   if (counts.all() == 0) throw Error(source.name(), "it is empty: it holds no finite point");
   if (counts.lifted == 0)

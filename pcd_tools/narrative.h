@@ -60,6 +60,9 @@ class Narrative {
   std::shared_ptr<std::set<std::string>> noted_;
 };
 
+/// Notes the stray points of the clouds that were read.
+void logStrays(const FrameSource& source, const Narrative& narrate);
+
 /// Notes which measurements of a recording were left out though nobody wished it, those of unknown
 /// classes; throws Error if nothing is left of it.
 void logLeftOut(const FrameSource& source, const graph::LiftCounts& counts,

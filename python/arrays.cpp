@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <set>
 
 #include "xview/io/label_files.h"
 #include "xview/io/recording.h"
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
+#include "xview/types/stray_points.h"
 
 namespace xview::python {
 namespace {
@@ -177,6 +179,7 @@ class ArrayRecording final : public FrameSource {
   Sensor sensor() const override { return sensor_; }
   const LabelSet& labels() const override { return labels_; }
   const std::string& name() const override { return name_; }
+  LeftOut leftOut() const override { return left_out_.sum(); }
 
   Frame read(std::size_t index) const override {
     const CloudInArrays& cloud = clouds_.at(index);
@@ -185,16 +188,16 @@ class ArrayRecording final : public FrameSource {
     frame.stamp_s = cloud.stamp_s;
     frame.sensor = sensor_;
     frame.T_odom_sensor = cloud.T_odom_sensor;
-    frame.cloud.origin = originOf(cloud);
-    frame.cloud.points.reserve(cloud.size);
+    CloudBuilder builder(cloud.is_double ? kFar_m : std::numeric_limits<double>::infinity());
+    builder.reserve(cloud.size);
     for (std::size_t i = 0; i < cloud.size; ++i) {
       const Eigen::Vector3d p = positionOf(cloud, i);
       if (!p.allFinite()) continue;
-      const Eigen::Vector3f near = (p - frame.cloud.origin).cast<float>();
       const auto label = cloud.has_labels ? cloud.label.at<std::int64_t>(i) : 0;
-      frame.cloud.points.push_back(
-          Point(near.x(), near.y(), near.z(), static_cast<std::uint32_t>(label < 0 ? 0 : label)));
+      builder.add(p, Point(0, 0, 0, static_cast<std::uint32_t>(label < 0 ? 0 : label)));
     }
+    frame.cloud = builder.finish(name_);
+    left_out_.set(index, frame.cloud.left_out);
     return frame;
   }
 
@@ -203,20 +206,12 @@ class ArrayRecording final : public FrameSource {
     return {cloud.x.at<double>(i), cloud.y.at<double>(i), cloud.z.at<double>(i)};
   }
 
-  /// Of doubles the first point that lies far off, rounded down to metres.
-  static Eigen::Vector3d originOf(const CloudInArrays& cloud) {
-    for (std::size_t i = 0; cloud.is_double && i < cloud.size; ++i) {
-      const Eigen::Vector3d p = positionOf(cloud, i);
-      if (p.allFinite() && p.cwiseAbs().maxCoeff() > kFar_m) return p.array().floor();
-    }
-    return Eigen::Vector3d::Zero();
-  }
-
   std::vector<CloudInArrays> clouds_;
   std::shared_ptr<py::list> arrays_;  ///< keep the memory
   Sensor sensor_;
   LabelSet labels_;
   std::string name_ = kArrays;
+  mutable LeftOutOfFrames left_out_;
 };
 
 /// May be let go of by threads that do not hold the interpreter.

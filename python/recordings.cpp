@@ -90,7 +90,13 @@ void bindRecording(py::module_& module) {
           "classes", [](const Recording& r) { return namesOf(r.source->labels()); },
           "Class ids and names; empty if the recording has no labels.")
       .def_property_readonly(
-          "notes", [](const Recording& r) { return r.source->notes(); },
+          "notes",
+          [](const Recording& r) {
+            std::vector<std::string> notes = r.source->notes();
+            if (const LeftOut left_out = r.source->leftOut(); left_out.any())
+              notes.push_back(left_out.text());
+            return notes;
+          },
           "What the reader guessed or left out, and why.")
       .def_property_readonly(
           "poses", [](const Recording& r) { return arrayOf(posesOf(r)); },

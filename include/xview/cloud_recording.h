@@ -81,6 +81,7 @@ class CloudRecording final : public FrameSource {
   Sensor sensor() const override;  ///< of the first cloud; cloud if there is none
   const LabelSet& labels() const override { return labels_; }
   const std::string& name() const override { return name_; }
+  LeftOut leftOut() const override;
 
  private:
   const Frame& at(std::size_t index) const;  ///< throws UsageError

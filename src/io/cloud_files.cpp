@@ -13,49 +13,10 @@
 #include "cloud_tiles.h"
 #include "point_table.h"
 #include "xview/types/atomic_file.h"
+#include "xview/types/stray_points.h"
 
 namespace xview::io {
 namespace {
-
-/// Collects points that arrive in double precision. The first coordinate beyond `far_m` makes that
-/// point, rounded down to metres, the origin of the cloud.
-class CloudBuilder {
- public:
-  explicit CloudBuilder(double far_m) : far_m_(far_m) {}
-
-  void reserve(std::size_t points) { cloud_.points.reserve(points); }
-
-  void add(const Eigen::Vector3d& position, std::uint32_t label, std::uint32_t instance,
-           float sigma_m, const RowPlace& place) {
-    // Beyond the planets: another type or byte order than the header says.
-    constexpr double kFarthest_m = 1e12;
-    const double reach = position.cwiseAbs().maxCoeff();
-    if (reach > kFarthest_m) place.fail("a coordinate beyond 1e12 m");
-    if (reach > far_m_ && !has_origin_) setOrigin(position);
-    Point point;
-    point.getVector3fMap() = (position - cloud_.origin).cast<float>();
-    point.label = label;
-    point.instance = instance;
-    point.sigma = sigma_m;
-    cloud_.points.push_back(point);
-  }
-
-  LabelledCloud finish() { return std::move(cloud_); }
-
- private:
-  void setOrigin(const Eigen::Vector3d& position) {
-    has_origin_ = true;
-    cloud_.origin = position.array().floor();
-    for (Point& point : cloud_.points) {
-      const Eigen::Vector3d old = point.getVector3fMap().cast<double>();
-      point.getVector3fMap() = (old - cloud_.origin).cast<float>();
-    }
-  }
-
-  double far_m_;
-  bool has_origin_ = false;
-  LabelledCloud cloud_;
-};
 
 struct CloudFormat {
   const char* ending;
@@ -130,10 +91,13 @@ LabelledCloud readPoints(const InputFile& file, const FileLayout& layout, const 
     const Eigen::Vector3d position =
         Eigen::Array3d(values[0], values[1], values[2]) * layout.scale + layout.offset;
     if (!position.allFinite()) return;  // a pixel without measurement; its label means nothing
-    builder.add(position, columns.id(label, values, place) & label_bits,
-                columns.id(instance, values, place), columns.sigma(sigma, values, place), place);
+    Point point;
+    point.label = columns.id(label, values, place) & label_bits;
+    point.instance = columns.id(instance, values, place);
+    point.sigma = columns.sigma(sigma, values, place);
+    builder.add(position, point);
   });
-  return builder.finish();
+  return builder.finish(file.path());
 }
 
 // ---- writing
@@ -255,6 +219,7 @@ LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::s
     point.instance = ids[i] >> 16;
     cloud.points.push_back(point);
   }
+  leaveOutStrays(scan.path(), cloud);
   return cloud;
 }
 

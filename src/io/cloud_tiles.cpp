@@ -191,13 +191,16 @@ CloudHeader readTiledHeader(const std::string& path, const CloudFields& fields) 
 LabelledCloud readTiledCloud(const std::string& path, const CloudFields& fields,
                              bool require_label) {
   LabelledCloud all;
+  LeftOut left_out;
   all.points.reserve(readTiledHeader(path, fields).points);
   const Tiling tiling = readTiling(path);
   for (const Tile& tile : tiling.tiles) {
     const LabelledCloud cloud = readCloud(tile.path, fields, require_label);
     requireInside(tiling, tile, cloud);
     all.append(cloud);
+    left_out += cloud.left_out;
   }
+  all.left_out = left_out;
   return all;
 }
 

@@ -41,7 +41,10 @@ class VertexColumns {
   Vertex vertex(const double* values, const RowPlace& place) const {
     Vertex vertex;
     vertex.position = {values[0], values[1], values[2]};
+    constexpr double kFarthest_m = 1e12;  // single precision has no room for the largest doubles
     if (!vertex.position.allFinite()) place.fail("the position is not finite");
+    if (vertex.position.cwiseAbs().maxCoeff() > kFarthest_m)
+      place.fail("a coordinate beyond 1e12 m");
     vertex.label = columns_.id(label_, values, place);
     vertex.instance = columns_.id(instance_, values, place);
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -8,6 +8,7 @@
 
 #include "xview/io/pose_files.h"
 #include "xview/types/error.h"
+#include "xview/types/stray_points.h"
 
 namespace xview::io {
 namespace {
@@ -23,17 +24,23 @@ class ListedRecording : public FrameSource {
   Eigen::Isometry3d pose(std::size_t index) const override { return at(index).T_odom_sensor; }
   double stamp(std::size_t index) const override { return at(index).stamp_s; }
   std::int64_t number(std::size_t index) const override { return at(index).number; }
-  Frame read(std::size_t index) const override { return readListed(listing_, at(index)); }
+  Frame read(std::size_t index) const override {
+    Frame frame = readListed(listing_, at(index));
+    left_out_.set(index, frame.cloud.left_out);
+    return frame;
+  }
   Sensor sensor() const override { return listing_.sensor; }
   const LabelSet& labels() const override { return listing_.labels; }
   const std::string& name() const override { return name_; }
   std::vector<std::string> notes() const override { return listing_.notes; }
+  LeftOut leftOut() const override { return left_out_.sum(); }
 
  private:
   const ListedFrame& at(std::size_t index) const { return listing_.frames.at(index); }
 
   std::string name_;
   RecordingListing listing_;
+  mutable LeftOutOfFrames left_out_;
 };
 
 // ---- files of frames

@@ -66,7 +66,27 @@ class Neighbourhoods {
   std::size_t count() const { return count_; }
 
  private:
+  /// Strays are far from everything, and tell nothing of the others.
+  void leaveOutStrays() {
+    constexpr double kNear_m = 1000, kApart = 60;  // times the distance of half of the vertices
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    std::vector<double> values;
+    for (int axis = 0; axis < 3 && !first_.empty(); ++axis) {
+      values.clear();
+      for (const Probe& vertex : first_) values.push_back(vertex.position[axis]);
+      middle[axis] = quantileOf(values, 0.5);
+    }
+    const auto away_m = [&](const Probe& p) { return (p.position - middle).cwiseAbs().maxCoeff(); };
+    values.clear();
+    for (const Probe& vertex : first_) values.push_back(away_m(vertex));
+    const double most_m = values.empty() ? 0 : std::max(kNear_m, kApart * quantileOf(values, 0.5));
+    first_.erase(std::remove_if(first_.begin(), first_.end(),
+                                [&](const Probe& vertex) { return away_m(vertex) > most_m; }),
+                 first_.end());
+  }
+
   void chooseProbes() {
+    leaveOutStrays();
     const std::size_t step = std::max<std::size_t>(1, first_.size() / kProbes);
     for (std::size_t i = 0; i < first_.size(); i += step) probes_.push_back(first_[i]);
     for (const Probe& vertex : first_) meet(vertex);

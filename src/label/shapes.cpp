@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "label/ground_field.h"
+#include "xview/types/budget.h"
 #include "xview/types/cells.h"
 #include "xview/types/median.h"
 
@@ -325,7 +326,9 @@ LabelSet labelsOfShapes() {
 
 void labelByShape(pcl::PointCloud<Point>& points, double size) {
   if (points.empty()) return;
+  askBudget("the classes from shapes");
   const GroundField ground(points);
+  askBudget("the classes from shapes");
   const Standing standing(points, ground, size);
   for (std::size_t i = 0; i < points.size(); ++i)
     points[i].label = static_cast<std::uint32_t>(standing.of(i));

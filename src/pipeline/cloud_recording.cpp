@@ -3,6 +3,7 @@
 
 #include "xview/types/error.h"
 #include "xview/types/pose.h"
+#include "xview/types/stray_points.h"
 
 namespace xview {
 
@@ -18,6 +19,13 @@ Eigen::Isometry3d CloudRecording::pose(std::size_t index) const { return at(inde
 double CloudRecording::stamp(std::size_t index) const { return at(index).stamp_s; }
 std::int64_t CloudRecording::number(std::size_t index) const { return at(index).number; }
 Frame CloudRecording::read(std::size_t index) const { return at(index); }
+LeftOut CloudRecording::leftOut() const {
+  LeftOut sum;
+  for (const Frame& frame : frames_) {
+    if (frame.cloud.left_out.any()) sum += frame.cloud.left_out;
+  }
+  return sum;
+}
 Sensor CloudRecording::sensor() const {
   return frames_.empty() ? Sensor::cloud : frames_.front().sensor;
 }
@@ -33,6 +41,7 @@ void CloudRecording::append(Sensor sensor, LabelledCloud cloud,
   const std::string place = name_ + ": cloud " + std::to_string(frames_.size());
   if (!isRigid(T_odom_sensor.matrix()))
     throw UsageError(place + ": T_odom_sensor is no rigid motion");
+  leaveOutStrays(place, cloud);
   if (!frames_.empty() && sensor != frames_.front().sensor)
     throw UsageError(place + ": either all clouds of a recording have a pose, or none has");
   Frame frame;

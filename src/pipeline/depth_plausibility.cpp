@@ -12,6 +12,7 @@
 
 #include "xview/types/error.h"
 #include "xview/types/median.h"
+#include "xview/types/stray_points.h"
 
 namespace xview {
 namespace {
@@ -382,10 +383,7 @@ Eigen::Matrix3d turnUpright(int axis, int sign) {
 
 void requireMetres(const Frame& frame, const std::string& name) {
   if (frame.sensor != Sensor::cloud) return;
-  Eigen::AlignedBox3d box;
-  for (const Point& p : frame.cloud.points) {
-    if (p.getVector3fMap().allFinite()) box.extend(p.getVector3fMap().cast<double>());
-  }
+  const Eigen::AlignedBox3d box = boxWithoutStrays(frame.cloud);
   // A country is high, too, but far wider.
   if (!isUnlikely(box, frame.cloud.size(), {1000, 0.02F, 10})) return;
   throw Error(name, fmt::format("its points fill {}; are their units millimetres, or "
@@ -395,8 +393,8 @@ void requireMetres(const Frame& frame, const std::string& name) {
 
 std::optional<std::string> checkMetres(const Place& place) {
   if (place.sensor != Sensor::cloud) return std::nullopt;
-  Eigen::AlignedBox3d box;
-  for (const Vertex& vertex : place.graph.vertices) box.extend(vertex.position);
+  Eigen::AlignedBox3d box = boxWithoutStrays(
+      place.graph.size(), [&](std::size_t i) { return place.graph.vertices[i].position; });
   if (place.cloud.empty()) {
     if (!isUnlikely(box, place.graph.size(), {30, 0.3F, 10})) return std::nullopt;
     return fmt::format(
@@ -404,7 +402,7 @@ std::optional<std::string> checkMetres(const Place& place) {
         "must be metres",
         sizesText(box));
   }
-  for (std::size_t i = 0; i < place.cloud.size(); ++i) box.extend(place.cloud.position(i));
+  box.extend(boxWithoutStrays(place.cloud));
   if (!isUnlikely(box, place.cloud.size(), {100, 0.05F, 2})) return std::nullopt;
   return fmt::format(
       "its points fill {}, sparsely; are their units centimetres? Lengths must be "

@@ -11,6 +11,7 @@
 #include "xview/types/cells.h"
 #include "xview/types/error.h"
 #include "xview/types/median.h"
+#include "xview/types/stray_points.h"
 
 namespace xview {
 namespace {
@@ -102,9 +103,10 @@ bool isRoofed(const std::vector<Eigen::Vector3d>& points, int up, double side_m)
 /// a town as in a room.
 double reachOf(const LabelledCloud& cloud) {
   std::vector<Eigen::Vector3d> points;
+  const Eigen::AlignedBox3d box = boxWithoutStrays(cloud);
   const std::size_t step = 1 + cloud.size() / kPointsOfCloud;
   for (std::size_t i = 0; i < cloud.size(); i += step) {
-    if (const Eigen::Vector3d p = cloud.position(i); p.allFinite()) points.push_back(p);
+    if (const Eigen::Vector3d p = cloud.position(i); box.contains(p)) points.push_back(p);
   }
   const double side_m = spreadsOf(points).maxCoeff() / kCells;
   if (!(side_m > 0)) return 0;

@@ -14,6 +14,7 @@
 #include "xview/types/error.h"
 #include "xview/types/in_order.h"
 #include "xview/types/localization.h"
+#include "xview/types/stray_points.h"
 
 namespace xview {
 namespace {
@@ -266,8 +267,8 @@ Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Option
   if (graph.edgeCount() == 0 && graph.edge_radius_m == 0)
     graph::useRadius(query.graph, atSize(options, query.size).edges);
   query.gravity = gravityOf(graph, labels, options.gravity);
-  Eigen::AlignedBox3d seen;
-  for (const Vertex& vertex : graph.vertices) seen.extend(vertex.position);
+  const Eigen::AlignedBox3d seen =
+      boxWithoutStrays(graph.size(), [&](std::size_t i) { return graph.vertices[i].position; });
   query.poses.emplace_back(Eigen::Translation3d(standpoint(Eigen::Vector3d::Zero(), seen)));
   query.timing_ms.emplace_back("graph", watch.lap_ms());
   return query;

@@ -18,6 +18,7 @@
 #include "xview/types/helpers.h"
 #include "xview/types/localization.h"
 #include "xview/types/parallel.h"
+#include "xview/types/stray_points.h"
 
 namespace xview {
 namespace {
@@ -195,10 +196,8 @@ PreprocessedFrame preprocessFrame(Frame frame, const LabelSet& labels, const Opt
   preprocessed.cloud = std::move(lifted.thin);
   graph::setSigmas(inverse_depth_sigma, frame.T_odom_sensor.translation(), preprocessed.cloud);
   if (frame.sensor == Sensor::cloud) {
-    Eigen::AlignedBox3d seen;
-    for (std::size_t i = 0; i < preprocessed.cloud.size(); ++i)
-      seen.extend(preprocessed.cloud.position(i));
-    preprocessed.T_odom_sensor.translation() = standpoint(frame.T_odom_sensor.translation(), seen);
+    preprocessed.T_odom_sensor.translation() =
+        standpoint(frame.T_odom_sensor.translation(), boxWithoutStrays(preprocessed.cloud));
   }
   setWeights(frame, lifted.points_per_voxel, preprocessed);
   if (frame.sensor == Sensor::cloud && preprocessed.cloud.typicalSigma() > 0)

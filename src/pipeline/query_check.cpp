@@ -11,6 +11,7 @@
 #include "xview/types/frame.h"
 #include "xview/types/label_match.h"
 #include "xview/types/pose.h"
+#include "xview/types/stray_points.h"
 #include "xview/types/user_text.h"
 
 namespace xview {
@@ -84,11 +85,20 @@ std::optional<std::string> whyTooLittle(const Query& query) {
       query.cloud.size(), query.graph.size());
 }
 
+/// In the upright frame of the cells, in which z is no matter.
 void extendBy(const Place& place, Eigen::AlignedBox2d& box) {
-  for (const Vertex& vertex : place.graph.vertices) box.extend(vertex.position.head<2>());
-  const Eigen::Vector2d origin(place.bev.origin_x, place.bev.origin_y);
-  for (const GroundCell& cell : place.bev.known)
-    box.extend(origin + Eigen::Vector2d(cell.x, cell.y) * place.bev.cell_m);
+  const Eigen::Matrix3d R_bev = place.bev.alignment.toRotationMatrix();
+  const Eigen::Vector3d origin(place.bev.origin_x, place.bev.origin_y, 0);
+  const auto vertexAt = [&](std::size_t i) -> Eigen::Vector3d {
+    const Eigen::Vector3d p = R_bev * place.graph.vertices[i].position;
+    return {p.x(), p.y(), 0};
+  };
+  const auto cellAt = [&](std::size_t i) -> Eigen::Vector3d {
+    const GroundCell& cell = place.bev.known[i];
+    return origin + Eigen::Vector3d(cell.x, cell.y, 0) * place.bev.cell_m;
+  };
+  box.extend(fromAbove(boxWithoutStrays(place.graph.size(), vertexAt)));
+  box.extend(fromAbove(boxWithoutStrays(place.bev.known.size(), cellAt)));
 }
 
 double widthOf(const Eigen::AlignedBox2d& box) { return box.isEmpty() ? 0 : box.diagonal().norm(); }

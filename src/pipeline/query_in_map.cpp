@@ -15,6 +15,7 @@
 #include "xview/types/label_match.h"
 #include "xview/types/pose.h"
 #include "xview/types/semantic_place.h"
+#include "xview/types/stray_points.h"
 
 namespace xview {
 namespace {
@@ -68,13 +69,27 @@ BevGrid turnedBev(const BevGrid& view, const Eigen::Quaterniond& R) {
   return turned;
 }
 
-/// What the query shows, horizontally; of bare graphs the vertices.
-Eigen::AlignedBox2d boxOf(const Query& query) {
-  Eigen::AlignedBox2d box;
-  for (std::size_t i = 0; i < query.cloud.size(); ++i)
-    box.extend(query.cloud.position(i).head<2>());
-  for (const Vertex& vertex : query.graph.vertices) box.extend(vertex.position.head<2>());
+/// What the query shows, after a turn; of bare graphs the vertices.
+Eigen::AlignedBox3d boxOf(const Query& query, const Eigen::Quaterniond& R) {
+  const auto pointAt = [&](std::size_t i) -> Eigen::Vector3d {
+    return R * query.cloud.position(i);
+  };
+  const auto vertexAt = [&](std::size_t i) -> Eigen::Vector3d {
+    return R * query.graph.vertices[i].position;
+  };
+  Eigen::AlignedBox3d box = boxWithoutStrays(query.cloud.size(), pointAt);
+  box.extend(boxWithoutStrays(query.graph.size(), vertexAt));
   return box;
+}
+
+/// Whether somebody who sees such a box may be at p: on it from above, and not higher or lower than
+/// it by what it is high, or a fifth of what it is wide.
+bool canBeSeenFrom(const Eigen::Vector3d& p, const Eigen::AlignedBox3d& box) {
+  constexpr double kOfWidth = 0.2;
+  const Eigen::Vector3d size = box.sizes();
+  const double lever_m = std::max(size.z(), kOfWidth * size.head<2>().norm());
+  const Eigen::Vector3d margin(0, 0, lever_m);
+  return Eigen::AlignedBox3d(box.min() - margin, box.max() + margin).contains(p);
 }
 
 using Kinds = std::uint32_t;  ///< bit = Kind
@@ -265,9 +280,17 @@ AlignedQuery::AlignedQuery(const Query& given, const FrameHypothesis& guess) : M
 
 Eigen::Vector3d middleOf(const Query& query) {
   if (query.graph.empty()) return query.poses.back().translation();
+  const std::vector<Vertex>& vertices = query.graph.vertices;
+  const Eigen::AlignedBox3d box =
+      boxWithoutStrays(vertices.size(), [&](std::size_t i) { return vertices[i].position; });
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Vertex& v : query.graph.vertices) sum += v.position;
-  return sum / static_cast<double>(query.graph.size());
+  int count = 0;
+  for (const Vertex& v : vertices) {
+    if (!box.contains(v.position)) continue;
+    sum += v.position;
+    ++count;
+  }
+  return sum / count;
 }
 
 Eigen::Vector3d standpoint(const Eigen::Vector3d& given, const Eigen::AlignedBox3d& seen) {
@@ -279,7 +302,8 @@ Eigen::Vector3d standpoint(const Eigen::Vector3d& given, const Eigen::AlignedBox
 std::optional<Query> seenFromItsCentre(const Query& query) {
   if (query.sensor != Sensor::cloud || query.poses.size() != 1 || query.graph.empty())
     return std::nullopt;
-  if (boxOf(query).contains(query.poses[0].translation().head<2>())) return std::nullopt;
+  const Eigen::Quaterniond& R_up = query.gravity.alignment;
+  if (canBeSeenFrom(R_up * query.poses[0].translation(), boxOf(query, R_up))) return std::nullopt;
   Query centred = query;
   centred.poses = {Eigen::Isometry3d(Eigen::Translation3d(middleOf(query)))};
   return centred;

@@ -183,6 +183,9 @@ double confidenceOf(double odds, const Statistics& s) {
              : std::min(confidence, 0.5);  // one of two at best
 }
 
+const std::string kUnconverged =
+    "the best place does not hold: the registration does not converge there";
+
 /// The words of a verdict.
 class Reason {
  public:
@@ -202,6 +205,7 @@ class Reason {
                                   : "";
     return fmt::format("two places fit about equally well{}{}", apart, whatWouldHelp());
   }
+  std::string ofUnconverged() const { return kUnconverged + whatWouldHelp(); }
   std::pair<ReasonCode, std::string> ofRejected() const {
     const auto [code, text] = whyRejected();
     return {code, text + whatWouldHelp()};
@@ -213,8 +217,7 @@ class Reason {
       return {ReasonCode::not_converged,
               "the place fits, but the position there is open by metres"};
     if (s_.dense.registered() && !s_.dense.converged)
-      return {ReasonCode::not_converged,
-              "the best place does not hold: the registration does not converge there"};
+      return {ReasonCode::not_converged, kUnconverged};
     const double in_query = worseOf(kMapOverlap, kMissRatio),
                  in_map = worseOf(kObstacleOverlap, kConflictRatio);
     if (std::min(in_query, in_map) < -1) {
@@ -430,6 +433,14 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     return verdict;
   }
   const Reason reason(e, s, model, std::log(o.min_confidence / (1 - o.min_confidence)));
+  // Points that nobody could lay on those of the map do not say where the query is.
+  if (s.dense.of == DenseEvidence::Of::points && !s.dense.converged &&
+      verdict.confidence >= o.min_confidence) {
+    verdict.confidence = std::nextafter(o.min_confidence, 0.0);
+    verdict.reason_code = ReasonCode::not_converged;
+    verdict.reason = reason.ofUnconverged();
+    return verdict;
+  }
   if (verdict.confidence >= o.min_confidence) {
     verdict.status = Status::accepted;
     verdict.reason_code = ReasonCode::accepted;

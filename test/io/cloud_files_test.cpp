@@ -9,6 +9,7 @@
 
 #include "small_files.h"
 #include "support/test_data.h"
+#include "xview/io/recording.h"
 #include "xview/types/error.h"
 
 namespace xview::io {
@@ -253,7 +254,31 @@ TEST_F(CloudFiles, BinaryFloatsAreKeptBitByBit) {
 
 TEST_F(CloudFiles, CoordinatesOutsideTheWorldAreErrors) {
   EXPECT_EQ(complaint("a.pcd", pcdHeader("U", "4", "1", "binary") + xyz(1, 1e30f, 1) + raw(1u)),
-            "a.pcd: point 0: a coordinate beyond 1e12 m");
+            "a.pcd: its points lie 1e+30 m from zero, expected 1e+08 m at most; are their numbers "
+            "of another type, byte order or unit?");
+}
+
+TEST_F(CloudFiles, APointOfAScanThatIsFarFromTheOthersIsLeftOut) {
+  std::string bytes;
+  for (int i = 0; i < 200; ++i)
+    bytes += i == 7 ? xyz(1e10F, 0, 0) + raw(1.F)
+                    : xyz(static_cast<float>(i % 17), static_cast<float>(i % 5), 0) + raw(1.F);
+  const LabelledCloud scan = readKittiScan(written("a.bin", bytes), "");
+  EXPECT_EQ(scan.size(), 199u);
+  EXPECT_EQ(scan.left_out.text(),
+            "1 of 200 points lie more than 1 km from the middle of the others, and are left out");
+}
+
+TEST_F(CloudFiles, SamplesOfSurfacesAreNotTakenForThingsBecauseOfStrays) {
+  std::string rows;
+  for (int i = 0; i < 1000; ++i)
+    rows += std::to_string(1000 + i) + "e6 " + std::to_string(i) + " 0 1\n";
+  for (int i = 0; i < 4000; ++i)
+    rows += std::to_string(0.15 * (i % 60)) + " " + std::to_string(0.15 * (i / 60)) + " 0 1\n";
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 5000\nproperty double x\nproperty double y\n"
+      "property double z\nproperty uint label\nend_header\n";
+  EXPECT_EQ(recogniseInput(written("a.ply", header + rows)), InputKind::cloud);
 }
 
 TEST_F(CloudFiles, TheThreePlyEncodingsAgree) {

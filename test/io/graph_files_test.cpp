@@ -177,6 +177,8 @@ TEST_F(GraphFiles, EdgesToNowhereAreErrorsWithTheLine) {
 TEST_F(GraphFiles, VerticesWithoutAPlaceOrWithANonsenseSizeAreErrors) {
   EXPECT_EQ(complaint(kThreeVertices + "end_header\n1 2 3 4\nnan 2 3 4\n1 2 3 4\n"),
             ":10: the position is not finite");
+  EXPECT_EQ(complaint(kThreeVertices + "end_header\n1 2 3 4\n1e300 2 3 4\n1 2 3 4\n"),
+            ":10: a coordinate beyond 1e12 m");
   EXPECT_EQ(complaint(kThreeVertices +
                       "property float sigma\nend_header\n1 2 3 4 0\n1 2 3 4 -1\n1 2 3 4 0\n"),
             ":11: 'sigma' must be finite and >= 0");

@@ -11,6 +11,8 @@
 #include "support/test_data.h"
 #include "xview/changes.h"
 #include "xview/cloud_recording.h"
+#include "xview/io/cloud_files.h"
+#include "xview/io/recording.h"
 #include "xview/localizer.h"
 #include "xview/raw_recording.h"
 #include "xview/search/likelihoods.h"
@@ -18,6 +20,7 @@
 #include "xview/tracker.h"
 #include "xview/types/budget.h"
 #include "xview/types/error.h"
+#include "xview/types/pose.h"
 
 namespace xview {
 namespace {
@@ -53,6 +56,59 @@ TEST(LocalizerQueries, ALabelledCloudOfPclIsFoundInALabelledMap) {
       localizer.localize(cloudOf<pcl::PointXYZL>("rear", 10, 40), localizer.labels());
   EXPECT_TRUE(fix.accepted()) << fix.reason;
   EXPECT_LT(errorAt(fix.T_map_query, 39), 0.5);
+}
+
+/// The drive back in one cloud of its own frame, with stray points and zeros; moved, as a file.
+std::string movedCloud(const Eigen::Isometry3d& T, const std::vector<float>& strays,
+                       std::size_t zeros, const std::string& ending) {
+  LabelledCloud cloud;
+  cloud.origin = T.translation();
+  for (const Point& p : cloudOf<Point>("rear", 10, 40)) {
+    cloud.points.push_back(p);
+    cloud.points.back().getVector3fMap() = T.linear().cast<float>() * p.getVector3fMap();
+  }
+  const std::uint32_t label = cloud.points[0].label;
+  for (const float away : strays) {
+    cloud.points.push_back(Point(away, -away, 0.1F * away, label));
+    std::swap(cloud.points.front(), cloud.points.back());
+  }
+  const Eigen::Vector3f zero = -T.translation().cast<float>();
+  for (std::size_t i = 0; i < zeros; ++i)
+    cloud.points.push_back(Point(zero.x(), zero.y(), zero.z(), label));
+  const std::string path = testing::TempDir() + "/moved" + ending;
+  const auto write = ending == ".ply" ? io::writePly : io::writePcd;
+  write(path, cloud, &simulatedDrive().labels);
+  return path;
+}
+
+TEST(LocalizerQueries, ACloudIsFoundWhereverItsZeroIsAndWhateverStraysItHas) {
+  const Localizer localizer(simulatedDrive().map);
+  const Eigen::Isometry3d here = Eigen::Isometry3d::Identity(),
+                          utm = poseFromYaw({431000, 4582000, 120}, 0),
+                          turned = poseFromYaw({431000, 4582000, 120}, M_PI);
+  const struct {
+    Eigen::Isometry3d T;
+    std::vector<float> strays;
+    std::size_t zeros;
+    const char* ending;
+  } cases[] = {{poseFromYaw({0, 0, 200}, 0), {}, 0, ".pcd"},
+               {poseFromYaw({0, 0, 1000}, M_PI), {}, 0, ".ply"},
+               {here, {1e10F, 1e30F}, 0, ".pcd"},
+               {utm, {}, 1, ".ply"},
+               {turned, {1e6F, 1e6F, 5e3F, 1e9F, 3e30F}, 3000, ".pcd"}};
+  const Localization expected =
+      localizer.localize(*io::openRecording(movedCloud(here, {}, 0, ".pcd"), {}));
+  ASSERT_TRUE(expected.accepted());
+  const Eigen::Vector3d sensor = simulatedDrive().sessions.at("rear")->pose(39).translation();
+  for (const auto& c : cases) {
+    const auto recording = io::openRecording(movedCloud(c.T, c.strays, c.zeros, c.ending), {});
+    const Localization fix = localizer.localize(*recording);
+    EXPECT_TRUE(fix.accepted()) << fix.reason;
+    const Eigen::Isometry3d T_map_query = fix.T_map_query * c.T;
+    EXPECT_LT((T_map_query * sensor - expected.T_map_query * sensor).norm(), 0.05);
+    EXPECT_LT(rotationBetween(T_map_query, expected.T_map_query), 0.002);
+    EXPECT_EQ(recording->leftOut().any(), !c.strays.empty() || c.zeros > 0);
+  }
 }
 
 TEST(LocalizerQueries, ARawCloudOfPclIsFoundInARawOne) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/query_in_map.h"
 
+#include "pipeline/query_check.h"
+
 #include <gtest/gtest.h>
 
 #include <tuple>
@@ -135,6 +137,26 @@ TEST(ViewPoint, IsTheOriginOfAScanAndTheCentreOfACloudFarFromIt) {
   EXPECT_TRUE(centred->poses[0].translation().isApprox(Eigen::Vector3d(500, -40, 3)));
 }
 
+TEST(ViewPoint, IsTheCentreOfACloudThatLiesFarAboveItsOrigin) {
+  for (const double up_m : {-1000., -200., 200., 500., 1000.}) {
+    Query lifted = squareAround(5, -4);
+    const Eigen::Vector3d up(0, 0, up_m);
+    for (Vertex& vertex : lifted.graph.vertices) vertex.position += up;
+    lifted.cloud.origin += up;
+    const auto centred = seenFromItsCentre(lifted);
+    ASSERT_TRUE(centred) << up_m;
+    EXPECT_TRUE(centred->poses[0].translation().isApprox(Eigen::Vector3d(5, -4, 3 + up_m)));
+  }
+}
+
+TEST(ViewPoint, IsNotMovedByPointsFarFromTheOthers) {
+  Query query = squareAround(500, -40);
+  for (int i = 0; i < 20; ++i) query.cloud.points += squareAround(500, -40).cloud.points;
+  query.cloud.points.push_back(Point(-200, 0, 3));  // a box around both has zero in it
+  query.cloud.points.push_back(Point(-200, -100, 3));
+  EXPECT_TRUE(seenFromItsCentre(query));
+}
+
 TEST(ViewPoint, IsTheMiddleWhereCoordinatesBeginInAnotherCountry) {
   const Eigen::AlignedBox3d near(Eigen::Vector3d(500, -60, 0), Eigen::Vector3d(560, 0, 10));
   EXPECT_EQ(standpoint(Eigen::Vector3d::Zero(), near), Eigen::Vector3d::Zero());
@@ -151,6 +173,34 @@ TEST(ViewPoint, OfADriveIsWhereItsSensorWas) {
   EXPECT_FALSE(seenFromItsCentre(drive));
   drive.sensor = Sensor::lidar;
   EXPECT_FALSE(seenFromItsCentre(drive));
+}
+
+TEST(WidthOfAQuery, DoesNotDependOnItsUpAndItsZero) {
+  const auto roomAt = [](const Eigen::Vector3d& zero, const Eigen::Quaterniond& R_up) {
+    Query query;
+    query.bev.alignment = R_up;
+    const Eigen::Vector3d origin = R_up * zero;
+    query.bev.origin_x = origin.x();
+    query.bev.origin_y = origin.y();
+    query.bev.origin_z = origin.z();
+    for (int i = 0; i < 20; ++i) {
+      Vertex vertex;
+      vertex.position = zero + R_up.conjugate() * Eigen::Vector3d(0.5 * i, 0.3 * i, 1);
+      query.graph.vertices.push_back(vertex);
+      query.bev.known.push_back({i, i, 0, true});
+    }
+    query.cloud.points.resize(600);
+    return query;
+  };
+  map::SemanticMap map;
+  static_cast<Place&>(map) = roomAt(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  const Eigen::Quaterniond y_up(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
+  Query upright = roomAt({431000, 4582000, 120}, y_up);
+  EXPECT_EQ(whyUnfindable(upright, map), std::nullopt);
+  upright.graph.vertices[3].position += Eigen::Vector3d(900, 0, 900);
+  EXPECT_EQ(whyUnfindable(upright, map), std::nullopt) << "one thing decides nothing";
+  for (Vertex& vertex : upright.graph.vertices) vertex.position *= 1000;
+  EXPECT_NE(whyUnfindable(upright, map).value_or("").find("m wide"), std::string::npos);
 }
 
 TEST(ViewPoint, ThatSeesNothingStays) {

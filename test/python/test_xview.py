@@ -157,6 +157,14 @@ class Arrays(unittest.TestCase):
         holes = np.r_[self.scan, np.full((100, 3), np.nan)]
         self.assertFound(self.localizer.localize(holes))
 
+    def test_points_far_from_all_others_take_no_part(self):
+        moved = np.eye(4)
+        moved[:3, 3] = 431000.0, 4582000.0, 120.0
+        fix = self.localizer.localize(np.r_[[[1e300, 0, 0]], np.zeros((5, 3)), self.scan + moved[:3, 3]])
+        self.assertTrue(fix.accepted, fix.reason)
+        self.assertLess(np.abs(fix.T_map_query @ moved - self.T).max(), 0.1)
+        self.assertFound(self.localizer.localize(np.r_[self.scan, [[1e10, 0, 0]]].astype(np.float32)))
+
     def test_labels_meet_by_name(self):
         ids = np.where(np.abs(self.town[:, 2]) < 0.1, 1, 2)
         town = xview.Map.build(self.town, labels=ids, classes={1: "road", 2: "pole"})

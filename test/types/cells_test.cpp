@@ -5,14 +5,35 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
 
+#include "xview/types/budget.h"
 #include "xview/types/random.h"
 
 namespace xview {
 namespace {
+
+TEST(FloorToInt, LeavesRoomForNeighboursWhateverTheValueIs) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double value : {0., -0.5, 0.5, -1., 1., -7.01, 1e9, -1e9 + 0.5})
+    EXPECT_EQ(floorToInt(value), static_cast<std::int32_t>(std::floor(value))) << value;
+  for (const double far : {1.08e9, 2e9, 1e10, 3e38, 1e300, kInfinity}) {
+    EXPECT_EQ(floorToInt(far), 1 << 30) << far;
+    EXPECT_EQ(floorToInt(-far), -(1 << 30)) << far;
+  }
+  EXPECT_EQ(floorToInt(std::nan("")), -(1 << 30));
+}
+
+TEST(HeightLattice, LooksAtTheBudgetWhileItFillsGaps) {
+  HeightLattice lattice{1.F, {}, {}};
+  for (int x = 0; x < 3; ++x) lattice.index.findOrAdd(x, 0);
+  lattice.heights = {2.F, NAN, NAN};
+  const Budget budget({1e-9, 0});
+  EXPECT_TRUE(cutByBudget([&] { lattice.fillGaps(1); }));
+}
 
 TEST(CellIndex, NumbersCellsLikeAMapDoes) {
   Random random(1);

@@ -132,6 +132,22 @@ TEST(Verdict, AcceptedIsExactlyWhatReachesTheConfidence) {
   EXPECT_GT(accepted, 100) << "or nothing was tested";
 }
 
+TEST(Verdict, PointsWhoseRegistrationDidNotConvergeAreNeverAccepted) {
+  Random random(7);
+  for (int i = 0; i < 2000; ++i) {
+    Evidence e = randomEvidence(random);
+    e.score *= 10;
+    e.dense.of = DenseEvidence::Of::points;
+    e.dense.converged = false;
+    EXPECT_NE(judged(e).status, Status::accepted);
+  }
+  Evidence e = goodView();
+  e.score = e.expected = 3000;
+  e.dense.of = DenseEvidence::Of::points;
+  EXPECT_EQ(judged(e).reason.substr(0, 83),
+            "the best place does not hold: the registration does not converge there");
+}
+
 TEST(Verdict, ConfidenceNeverFallsWithBetterEvidence) {
   const auto improvements = {
       +[](Evidence& e) { e.score += 10; },

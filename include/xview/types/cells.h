@@ -18,11 +18,16 @@ namespace xview {
 
 // Points by the cells of unbounded grids.
 
-/// std::floor is a call of a function on processors without SSE 4.1, and this is done for every
-/// point.
+/// What is farther than this from zero has no cell of its own: some steps on is still a number.
+constexpr double kFarthestCell = 1 << 30;
+
+/// Within kFarthestCell, whatever the value is. std::floor is a call of a function on processors
+/// without SSE 4.1, and this is done for every point.
 inline std::int32_t floorToInt(double value) {
-  const auto toward_zero = static_cast<std::int32_t>(value);
-  return toward_zero - (value < toward_zero);
+  // In this order the lower bound stands for what is no number.
+  const double inside = std::min(std::max(-kFarthestCell, value), kFarthestCell);
+  const auto toward_zero = static_cast<std::int32_t>(inside);
+  return toward_zero - (inside < toward_zero);
 }
 
 /// Cell of a lattice in the plane.
@@ -36,9 +41,6 @@ struct PlaneCell {
     return h ^ (h >> 29);
   }
 };
-
-/// What is farther than this from zero has no cell of its own: one step on is still a number.
-constexpr double kFarthestCell = 1 << 30;
 
 /// Cell of a lattice in space, for one class, or one object of it.
 struct ClassCell {
@@ -65,10 +67,7 @@ struct ClassCell {
 };
 
 inline ClassCell cellOf(const Eigen::Vector3d& p, double side, std::uint32_t label) {
-  const auto index = [side](double c) {
-    return floorToInt(std::clamp(c / side, -kFarthestCell, kFarthestCell));
-  };
-  return {index(p.x()), index(p.y()), index(p.z()), label};
+  return {floorToInt(p.x() / side), floorToInt(p.y() / side), floorToInt(p.z() / side), label};
 }
 
 /// Things in cells, to look for those near a point: no farther away than the side of a cell.
@@ -346,25 +345,7 @@ struct HeightLattice {
 
   /// Spreads heights to the cells without one, nearest first (breadth first), up to `reach` cells
   /// further each time; what is out of reach gets the median.
-  void fillGaps(std::int32_t reach) {
-    std::vector<std::int32_t> queue;
-    std::vector<float> known;
-    for (std::size_t i = 0; i < heights.size(); ++i) {
-      if (std::isnan(heights[i])) continue;
-      queue.push_back(static_cast<std::int32_t>(i));
-      known.push_back(heights[i]);
-    }
-    const float typical = known.empty() ? 0.f : medianOf(std::move(known));
-    for (std::size_t k = 0; k < queue.size(); ++k) {
-      index.forAround(queue[k], reach, [&](std::int32_t cell) {
-        if (!std::isnan(heights[cell])) return;
-        heights[cell] = heights[queue[k]];
-        queue.push_back(cell);
-      });
-    }
-    std::replace_if(
-        heights.begin(), heights.end(), [](float z) { return std::isnan(z); }, typical);
-  }
+  void fillGaps(std::int32_t reach);
 
   float heightAt(float x, float y) const {
     const float fx = x / side_m - 0.5f, fy = y / side_m - 0.5f;

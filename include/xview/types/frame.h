@@ -55,6 +55,8 @@ class FrameSource {
   virtual const std::string& name() const = 0;  ///< the path as given
   /// What its reader guessed or left out, and why: whole sentences without the path.
   virtual std::vector<std::string> notes() const { return {}; }
+  /// What was left out of the clouds that were read so far.
+  virtual LeftOut leftOut() const { return {}; }
   /// The same frames without the labels that are made when one is read.
   virtual const FrameSource& asMeasured() const { return *this; }
   /// What a label in its frames is that labels() does not know.
@@ -76,6 +78,7 @@ class ForwardingSource : public FrameSource {
   const LabelSet& labels() const override { return source_.labels(); }
   const std::string& name() const override { return source_.name(); }
   std::vector<std::string> notes() const override { return source_.notes(); }
+  LeftOut leftOut() const override { return source_.leftOut(); }
   std::string describeUnknown(std::uint32_t label) const override {
     return source_.describeUnknown(label);
   }

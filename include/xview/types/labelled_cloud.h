@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -55,11 +56,24 @@ POINT_CLOUD_REGISTER_POINT_STRUCT(xview::Point,
 
 namespace xview {
 
+/// What was left out of a cloud when it was taken in.
+struct LeftOut {
+  std::size_t of = 0;         ///< points that there were
+  std::size_t far = 0;        ///< too far from the middle of the others
+  std::size_t repeated = 0;   ///< at a position that many points have exactly
+  double farther_than_m = 0;  ///< along an axis, what `far` counts
+
+  bool any() const { return far + repeated > 0; }
+  std::string text() const;  ///< for a note; empty if there is nothing to say
+  LeftOut& operator+=(const LeftOut& other);
+};
+
 /// Points of single precision relative to `origin`, so that maps in UTM coordinates keep their
 /// millimetres: p_frame = origin + p.
 struct LabelledCloud {
   pcl::PointCloud<Point> points;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  LeftOut left_out;  ///< as it was read
 
   std::size_t size() const { return points.size(); }
   bool empty() const { return points.empty(); }
