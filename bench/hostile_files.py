@@ -359,8 +359,8 @@ def trials(town):
             ("MCAP: 1 GiB of zstd that says 100 bytes", bombs("zstd", 1, 100), of_bag, True),
             ("MCAP: 20 times 1 GiB of zstd", bombs("zstd", 20), of_bag, True),
             ("MCAP: 200 channels, one message of 96 MB", file_of("a.mcap", lambda: many_channels(8 * MIB, 200)), of_bag, True),
-            ("MCAP: 200 channels, one message of 60 MB", file_of("a.mcap", lambda: many_channels(5 * MIB, 200)), of_bag, True),
-            ("MCAP: one message of 60 MB", file_of("a.mcap", lambda: many_channels(5 * MIB, 1)), of_bag, False),
+            ("MCAP: 200 channels, one message of 30 MB", file_of("a.mcap", lambda: many_channels(5 * MIB // 2, 200)), of_bag, True),
+            ("MCAP: one message of 30 MB", file_of("a.mcap", lambda: many_channels(5 * MIB // 2, 1)), of_bag, False),
             ("MCAP: 4 chunks of 900 MB", file_of("a.mcap", large_chunks), ("info", "map"), True),
         )
     if shutil.which("lz4"):

@@ -42,7 +42,7 @@ struct Channel {
 /// What the messages of a file may be together once they are unpacked, and those of one chunk
 /// [bytes]: recordings do not become smaller than a hundredth.
 inline std::uint64_t mostUnpacked(const InputFile& file) {
-  constexpr std::uint64_t kFree = std::uint64_t{64} << 20, kRatio = 100;
+  constexpr std::uint64_t kFree = std::uint64_t{32} << 20, kRatio = 100;
   return kFree + kRatio * file.size();
 }
 constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;  ///< [bytes]
