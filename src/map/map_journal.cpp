@@ -90,7 +90,8 @@ std::string firstPageIn(ReadFile& journal, const JournalHeader& first) {
       if (record.size() < record_bytes) return "";
       const std::string page = record.substr(4, first.page_bytes);
       if (numberIn(record, 4 + first.page_bytes) != sumOf(page, part->nonce)) return "";
-      if (numberIn(record, 0) == 1) return page;
+      const std::uint32_t number = numberIn(record, 0);
+      if (number <= 1) return number == 1 ? page : "";
     }
     if (part->records == 0) return "";
     position = (position + first.sector - 1) / first.sector * first.sector;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 
 #include <cstring>
 #include <filesystem>
@@ -666,6 +667,9 @@ TEST_F(Bags, AWriteAheadLogIsReadAndNothingIsWritten) {
     EXPECT_EQ(test::readText(killed + "-wal"), log);
     EXPECT_EQ(fs::exists(killed + "-shm"), has_index);
   }
+  fs::remove(killed + "-shm");
+  ASSERT_EQ(mkfifo((killed + "-shm").c_str(), 0600), 0);  // which is not waited for
+  expectDrive(*openRecording(killed));
   expectDrive(*openRecording(path));  // while it is being recorded
   sqlite3_close(database);
 }

@@ -396,6 +396,16 @@ TEST_F(DamagedMap, AJournalThatIsNotOfThisMapIsNotUsed) {
   EXPECT_TRUE(fs::exists(victim));
 }
 
+/// Pages are numbered from 1: a hole in a file has no records, however large it is.
+TEST_F(DamagedMap, AJournalOfNothingEndsAtOnce) {
+  const auto pages = static_cast<std::uint32_t>(sound_.size() / 4096);
+  std::string header = journalOf(pages, 4096, "", 0xFFFFFFFF);
+  header.replace(12, 4, std::string(4, '\0'));  // so that the sums of zeros are right
+  writeText(path_ + "-journal", header);
+  fs::resize_file(path_ + "-journal", std::uintmax_t{1} << 40);
+  EXPECT_TRUE(isSame(loadMap(path_), map_));
+}
+
 TEST_F(DamagedMap, AJournalThroughALinkToTheMapIsSeen) {
   const std::string link = folder_ / "link.xvm";
   fs::create_symlink(path_, link);

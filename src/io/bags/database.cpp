@@ -55,7 +55,8 @@ SQLite::Database openReadOnly(const std::string& path) {
   std::string uri = "file:";
   for (const char c : path)
     uri += c == '?' || c == '#' || c == '%' ? fmt::format("%{:02x}", c) : std::string(1, c);
-  const bool has_log = logBytes(path) > 0, has_index = fs::exists(besides(path, "-shm"));
+  const bool has_log = logBytes(path) > 0,
+             has_index = fs::is_regular_file(fs::symlink_status(besides(path, "-shm")));
   const char* how = !has_log    ? "?mode=ro&immutable=1"
                     : has_index ? "?mode=ro&readonly_shm=1"
                                 : "?mode=ro&vfs=unix-none";
