@@ -207,7 +207,12 @@ void FrameReport::say() const {
 }
 
 std::string oneLine(const std::string& text) {
-  std::string line = printable(text);
+  // More than a path and what is wrong with it; names in files may have any length.
+  constexpr std::size_t kLongest = 2400, kEnd = 800;
+  std::string line = printable(
+      text.size() <= kLongest
+          ? text
+          : text.substr(0, kLongest - kEnd) + " ... " + text.substr(text.size() - kEnd));
   while (!line.empty() && line.back() == ' ') line.pop_back();
   return line;
 }

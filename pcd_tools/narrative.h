@@ -86,7 +86,7 @@ class FrameReport {
 };
 
 /// The text without line breaks, so that every message is one line, and without what would steer a
-/// terminal (printable).
+/// terminal (printable); without its middle if it is very long.
 std::string oneLine(const std::string& text);
 
 }  // namespace xview::tools

@@ -17,6 +17,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "map_journal.h"
 #include "map_tables.h"
 #include "packed_cloud.h"
 #include "xview/types/atomic_file.h"
@@ -74,6 +75,7 @@ int requireMapFile(const std::string& path, int oldest_version) {
   // only read.
   if (header->fileFormatWriteVersion != 1 || header->fileFormatReadVersion != 1)
     throw Error(path, "damaged map file: unknown kind of journal");
+  requireOwnJournal(path);
   return version;
 }
 
@@ -163,6 +165,7 @@ void writeNewDatabase(const std::string& path, const SemanticMap& map) {
 }
 
 void saveNew(const std::string& path, const SemanticMap& map) {
+  requireNoJournal(path);
   AtomicFile file(path);
   writeNewDatabase(file.temporaryPath(), map);
   file.commit();

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <unordered_set>
 
 #include "packed_cloud.h"
 
@@ -384,14 +385,15 @@ void recordRevision(SQLite::Database& database, const std::string& note, const V
 std::vector<Revision> revisionsIn(SQLite::Database& database) {
   std::vector<Revision> revisions;
   if (!hasRevisions(database)) return revisions;
-  SQLite::Statement steps(database, "SELECT step, note FROM undo_steps ORDER BY step");
-  while (steps.executeStep()) {
-    revisions.push_back({steps.getColumn(1).getString(), false});
-    if (!hasVisits(database)) continue;
-    SQLite::Statement visit(database, "SELECT 1 FROM undo_visits WHERE step = ?");
-    visit.bind(1, steps.getColumn(0).getInt());
-    revisions.back().is_visit = visit.executeStep();
+  std::unordered_set<std::int64_t> visits;
+  if (hasVisits(database)) {
+    SQLite::Statement query(database, "SELECT step FROM undo_visits");
+    while (query.executeStep()) visits.insert(query.getColumn(0).getInt64());
   }
+  SQLite::Statement steps(database, "SELECT step, note FROM undo_steps ORDER BY step");
+  while (steps.executeStep())
+    revisions.push_back(
+        {steps.getColumn(1).getString(), visits.count(steps.getColumn(0).getInt64()) > 0});
   return revisions;
 }
 

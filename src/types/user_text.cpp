@@ -148,6 +148,8 @@ std::string nearestWord(const std::string& word, const std::vector<std::string>&
   std::string nearest;
   std::size_t smallest = std::max<std::size_t>((word.size() + 2) / 4, 1) + 1;  // too far
   for (const std::string& candidate : words) {
+    const std::size_t longer = std::max(word.size(), candidate.size());
+    if (longer - std::min(word.size(), candidate.size()) >= smallest) continue;
     const std::size_t distance = editDistance(word, candidate);
     if (distance < smallest) {
       smallest = distance;

@@ -95,6 +95,43 @@ std::vector<test::BagMessage> someMessages(test::Wire wire) {
   return messages;
 }
 
+/// Changes a byte of every record that begins with these bytes.
+std::string withByte(std::string log, const std::string& begin, std::size_t at, char value) {
+  for (auto found = log.find(begin); found != std::string::npos; found = log.find(begin, found + 1))
+    if (found + at < log.size()) log[found + at] = value;
+  return log;
+}
+
+/// Indices that name messages of other channels, or one message twice, and databases that define
+/// what computes.
+void makeLyingBags(const std::string& root) {
+  const auto messages = someMessages(test::Wire::cdr_little);
+  const std::string one_entry = std::string("\7\x16\0\0\0\0\0\0\0", 9);
+  const std::string mcap = test::mcapBytes(messages, {});
+  std::ofstream(root + "/mcap/channels.mcap", std::ios::binary) << withByte(mcap, one_entry, 9, 5);
+  std::ofstream(root + "/mcap/twice.mcap", std::ios::binary) << withByte(mcap, one_entry, 23, 0);
+  std::ofstream(root + "/rosbag/channels.bag", std::ios::binary)
+      << withByte(test::rosBagBytes(someMessages(test::Wire::ros1), {}), "conn=", 5, 3);
+  const std::pair<const char*, const char*> schemas[] = {
+      {"view",
+       "DROP TABLE topics; CREATE VIEW Topics AS SELECT 1 AS id, 'p' AS name, 'x' AS type, "
+       "'cdr' AS serialization_format"},
+      {"both",
+       "PRAGMA writable_schema = ON; INSERT INTO sqlite_master(rowid, type, name, tbl_name, "
+       "rootpage, sql) VALUES(-5, 'table', 'MESSAGES', 'MESSAGES', 0, 'CREATE VIEW MESSAGES "
+       "AS SELECT 1 AS topic_id, 1 AS timestamp')"},
+      {"computed", "ALTER TABLE messages ADD COLUMN size INTEGER AS (length(data))"},
+      {"trigger", "CREATE TRIGGER t AFTER INSERT ON topics BEGIN SELECT 1; END"}};
+  for (const auto& [name, sql] : schemas) {
+    const std::string path = root + "/db3/" + name + ".db3";
+    test::writeDatabase(path, messages);
+    sqlite3* database = nullptr;
+    sqlite3_open(path.c_str(), &database);
+    sqlite3_exec(database, sql, nullptr, nullptr, nullptr);
+    sqlite3_close(database);
+  }
+}
+
 void makeBags(const std::string& root) {
   using test::Wire;
   const auto little = someMessages(Wire::cdr_little), big = someMessages(Wire::cdr_big);
@@ -110,6 +147,7 @@ void makeBags(const std::string& root) {
   }
   fs::create_directories(root + "/db3");
   test::writeDatabase(root + "/db3/seed.db3", little);
+  makeLyingBags(root);
 }
 
 /// Scans without sums, as the target `e57` takes them.
@@ -128,6 +166,10 @@ void makeE57(const std::string& folder) {
   packed.has_index = true;
   angles.pose = "<pose><rotation><w>1</w></rotation><translation><x>1</x></translation></pose>\n";
   std::ofstream(folder + "/packed.e57", std::ios::binary) << test::e57Content({packed});
+  std::string attributes = "<any";
+  for (int i = 0; i < 200; ++i) attributes += " b" + std::to_string(i) + "=\">\"";
+  std::ofstream(folder + "/attributes.e57", std::ios::binary)
+      << test::e57Content({packed}, "<data3D", attributes + "/><data3D");
   std::ofstream(folder + "/two.e57", std::ios::binary) << test::e57Content({packed, angles});
 }
 

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 
+#include <cstring>
 #include <filesystem>
 
 #include "small_files.h"
@@ -446,8 +448,9 @@ TEST_F(Bags, LyingSizesAreRefusedInOneLine) {
   };
   const std::size_t unpacked_bytes = chunk + 9 + 16;
   const std::pair<std::string, const char*> cases[] = {
-      {messageWith(unpacked_bytes, raw(std::uint64_t{1} << 40)), "expected 1073741824 at most"},
-      {messageWith(unpacked_bytes, raw(std::uint64_t{1} << 29)), "expected 536870912"},
+      {messageWith(unpacked_bytes, raw(std::uint64_t{1} << 40)),
+       "unpack to more than 34031532 bytes"},
+      {messageWith(unpacked_bytes, raw(std::uint64_t{1} << 24)), "expected 16777216"},
       {messageWith(unpacked_bytes, raw(std::uint64_t{100})), "bytes and more, expected 100"},
       {messageWith(unpacked_bytes + 16, "zzzz"), "expected chunks of zstd"},
       {messageWith(chunk + 1, raw(std::uint64_t{1} << 60)),
@@ -460,20 +463,224 @@ TEST_F(Bags, LyingSizesAreRefusedInOneLine) {
   }
 }
 
-TEST_F(Bags, AViewInPlaceOfATableIsRefused) {
-  const std::string path = write("a.db3", drive(Wire::cdr_little));
+/// Where the records of one kind begin in an MCAP.
+std::vector<std::size_t> recordsOf(const std::string& mcap, char kind) {
+  std::vector<std::size_t> records;
+  for (std::size_t at = 8; at + 9 <= mcap.size();) {
+    if (mcap[at] == kind) records.push_back(at);
+    std::uint64_t length = 0;
+    std::memcpy(&length, &mcap[at + 1], 8);
+    at += 9 + length;
+  }
+  return records;
+}
+
+TEST_F(Bags, AnIndexThatLiesIsRefused) {
+  const std::string path = folder_ / "a.mcap";
+  for (const char* compression : {"", "zstd"}) {
+    LogShape shape;
+    shape.compression = compression;
+    shape.chunk_messages = 10;
+    const std::string good = test::mcapBytes(drive(Wire::cdr_little), shape);
+    constexpr std::size_t kId = 9, kEntries = 15;
+    const auto index = recordsOf(good, '\7');
+    std::string other = good, twice = good;
+    for (const std::size_t at : index) {
+      if (other[at + kId] == 2) other[at + kId] = 3;  // what is of /imu is said to be of /points
+    }
+    test::writeText(path, other);
+    EXPECT_NE(test::messageOf<Error>([&] {
+                openRecording(path);
+              }).find("says a message of channel 3, found one of channel 2"),
+              std::string::npos);
+    twice.replace(index[1] + kEntries + 16, 16, twice, index[1] + kEntries, 16);
+    test::writeText(path, twice);
+    EXPECT_NE(test::messageOf<Error>([&] { openRecording(path); }).find("twice"),
+              std::string::npos);
+  }
+}
+
+TEST_F(Bags, WhatUnpacksToMuchMoreThanItsFileIsRefused) {
+  const std::string zeros(std::size_t{20} << 20, '\0');
+  LogShape shape;
+  shape.chunk_messages = 1;
+  shape.compression = "zstd";
+  const std::vector<BagMessage> messages = {{"/p", "sensor_msgs/PointCloud2", 1, zeros},
+                                            {"/p", "sensor_msgs/PointCloud2", 2, zeros}};
+  std::string path = write("a.mcap", messages, shape);
+  EXPECT_NE(test::messageOf<Error>([&] { openRecording(path); }).find("its first 2 chunks say"),
+            std::string::npos);
+  path =
+      write("a.db3", {{"/p", "sensor_msgs/PointCloud2", 1, test::packed("zstd", zeros + zeros)}});
+  const std::string message = test::messageOf<Error>([&] { openRecording(path); });
+  EXPECT_NE(message.find("a chunk of 41943040 bytes, expected"), std::string::npos) << message;
+}
+
+TEST_F(Bags, HeadsOfPackedMessagesAreUnpackedAsFarAsTheyAreRead) {
+  auto messages = drive(Wire::cdr_little);
+  for (BagMessage& message : messages) {
+    if (message.type != "nav_msgs/Odometry") continue;
+    // The end of a long message is damaged; only its beginning is read.
+    std::string bytes = message.bytes;
+    Random random(3);
+    for (int i = 0; i < 500000; ++i) bytes += static_cast<char>(random.below(256));
+    message.bytes = test::packed("zstd", bytes);
+    message.bytes.resize(message.bytes.size() - 1000);
+  }
+  expectDrive(*openRecording(write("a.db3", messages)));
+}
+
+TEST_F(Bags, MoreConnectionsThanAnyRobotHasAreRefused) {
+  const std::string one = test::rosBagBytes({{"/a", "std_msgs/String", 1, "a"}}, {});
+  std::string bag = one.substr(0, 13);  // without its first record, which says where a summary is
+  const auto field = [](const std::string& text) {
+    return raw(static_cast<std::uint32_t>(text.size())) + text;
+  };
+  const std::string description = field("topic=/a") + field("type=std_msgs/String");
+  for (std::uint32_t i = 0; i <= 65536; ++i)
+    bag += field(field("op=\7") + field("conn=" + raw(i)) + field("topic=/a")) + field(description);
+  const std::string path = folder_ / "a.bag";
+  test::writeText(path, bag);
+  EXPECT_NE(test::messageOf<Error>([&] { bagTopics(path); }).find("more than 65536 connections"),
+            std::string::npos);
+}
+
+/// Runs SQL on a database, its schema written as rows if need be.
+void execute(const std::string& path, const std::string& sql) {
   sqlite3* database = nullptr;
   sqlite3_open(path.c_str(), &database);
-  sqlite3_exec(
-      database,
-      "DROP TABLE messages; CREATE VIEW messages AS WITH RECURSIVE c(x) AS (SELECT 1 UNION "
-      "ALL SELECT x FROM c) SELECT x AS id, 1 AS topic_id, 1 AS timestamp, 'a' AS data "
-      "FROM c",
-      nullptr, nullptr, nullptr);
+  char* problem = nullptr;
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, &problem), SQLITE_OK) << problem;
   sqlite3_close(database);
-  EXPECT_NE(
-      test::messageOf<Error>([&] { openRecording(path); }).find("none with the table messages"),
-      std::string::npos);
+}
+
+TEST_F(Bags, NothingThatADatabaseDefinesIsRun) {
+  const std::string endless =
+      "AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x FROM c) SELECT x AS id, 1 AS "
+      "topic_id, 1 AS timestamp, 'a' AS data, 'x' AS name, 'x' AS type, 'cdr' AS "
+      "serialization_format FROM c";
+  const auto asRow = [](const std::string& type, const std::string& name, const std::string& sql) {
+    std::string quoted;
+    for (const char c : sql) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+    return "PRAGMA writable_schema = ON; INSERT INTO sqlite_master(rowid, type, name, tbl_name, "
+           "rootpage, sql) VALUES(-5, '" +
+           type + "', '" + name + "', '" + name + "', 0, '" + quoted + "')";
+  };
+  const std::string topics =
+      "INSERT INTO topics(id, type, serialization_format) VALUES(1, 'x', "
+      "'cdr')";
+  const std::pair<std::string, const char*> cases[] = {
+      {"DROP TABLE messages; CREATE VIEW messages " + endless, "found 'messages'"},
+      {asRow("view", "MESSAGES", "CREATE VIEW MESSAGES " + endless), "found 'MESSAGES'"},
+      {asRow("table", "TOPICS", "CREATE VIEW TOPICS " + endless), "found 'TOPICS'"},
+      {asRow("table", "x", "create view messages " + endless), "found 'x'"},
+      {asRow("table", "Messages", "CREATE TABLE Messages(a)"), "several times the table messages"},
+      {asRow("table", "MESSAGES", "CREATE VIRTUAL TABLE MESSAGES USING generate_series"),
+       "found 'MESSAGES'"},
+      {"CREATE TRIGGER t AFTER INSERT ON topics BEGIN SELECT 1; END", "found 't'"},
+      {"DROP TABLE topics; CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT AS "
+       "(zeroblob(900000000)), type TEXT, serialization_format TEXT); " +
+           topics,
+       "the computed column 'name' of the table topics"},
+      {"DROP TABLE topics; CREATE TABLE Topics(id INTEGER PRIMARY KEY, name TEXT AS (upper(type)) "
+       "STORED, type TEXT, serialization_format TEXT); " +
+           topics,
+       "the computed column 'name' of the table topics"},
+      {"DROP TABLE topics", "none with the table topics"}};
+  for (const auto& [sql, expected] : cases) {
+    const std::string path = write("a.db3", drive(Wire::cdr_little));
+    execute(path, sql);
+    const std::string message = test::messageOf<Error>([&] { openRecording(path); });
+    EXPECT_NE(message.find(expected), std::string::npos) << sql << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    fs::remove(path);
+  }
+}
+
+TEST_F(Bags, OtherTablesAndIndicesOfADatabaseAreLeftAlone) {
+  const std::string path = write("a.db3", drive(Wire::cdr_little));
+  execute(path,
+          "CREATE UNIQUE INDEX names ON topics(name); CREATE TABLE schema("
+          "schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL); CREATE TABLE metadata("
+          "id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL)");
+  expectDrive(*openRecording(path));
+}
+
+std::string bigEndian(std::uint32_t value, int bytes) {
+  std::string text;
+  for (int i = bytes - 1; i >= 0; --i) text += static_cast<char>(value >> (8 * i) & 0xFF);
+  return text;
+}
+
+/// Each page of a tree names the next one 30 times: a scan of 10 kB would end after 30^9 rows.
+TEST_F(Bags, ADatabaseWhosePagesLieUponOneAnotherIsRefused) {
+  const std::string path = folder_ / "a.db3";
+  execute(path,
+          "PRAGMA page_size = 512; CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type "
+          "TEXT, serialization_format TEXT); CREATE TABLE messages(id INTEGER PRIMARY KEY, "
+          "topic_id INTEGER, timestamp INTEGER, data BLOB); INSERT INTO messages VALUES(1, 1, 1, "
+          "'a')");
+  std::string file = test::readText(path);
+  const std::size_t root = file.size() - 512;  // of `messages`, the last that was made
+  const auto first = static_cast<std::uint32_t>(file.size() / 512) + 1;
+  const auto pageOver = [](std::uint32_t child) {
+    constexpr int kCells = 30;
+    std::string page = "\5" + bigEndian(0, 2) + bigEndian(kCells, 2) +
+                       bigEndian(512 - 5 * kCells, 2) + bigEndian(0, 1) + bigEndian(child, 4);
+    for (int i = 0; i < kCells; ++i) page += bigEndian(512 - 5 * (kCells - i), 2);
+    page.resize(512 - 5 * kCells);
+    for (int i = 0; i < kCells; ++i) page += bigEndian(child, 4) + '\1';
+    return page;
+  };
+  const std::string leaf = file.substr(root);
+  file.replace(root, 512, pageOver(first));
+  for (std::uint32_t i = 0; i < 8; ++i) file += pageOver(first + i + 1);
+  file += leaf;
+  file.replace(28, 4, bigEndian(static_cast<std::uint32_t>(file.size() / 512), 4));
+  test::writeText(path, file);
+  EXPECT_NE(test::messageOf<Error>([&] { openRecording(path); }).find("takes more steps"),
+            std::string::npos);
+}
+
+TEST_F(Bags, AWriteAheadLogIsReadAndNothingIsWritten) {
+  const auto messages = drive(Wire::cdr_little);
+  const std::string path = write("a.db3", {messages.begin(), messages.begin() + 5}),
+                    killed = folder_ / "killed/a.db3", whole = folder_ / "whole.db3";
+  test::writeDatabase(whole, messages);
+  sqlite3* database = nullptr;
+  sqlite3_open(path.c_str(), &database);
+  sqlite3_exec(database,
+               ("PRAGMA journal_mode = WAL; ATTACH '" + whole +
+                "' AS whole; INSERT OR IGNORE INTO topics SELECT * FROM whole.topics; INSERT OR "
+                "IGNORE INTO messages SELECT * FROM whole.messages")
+                   .c_str(),
+               nullptr, nullptr, nullptr);
+  fs::create_directories(folder_ / "killed");
+  for (const bool has_index : {false, true}) {
+    for (const char* ending : {"", "-wal", "-shm"}) {
+      if (has_index || std::string(ending) != "-shm")
+        fs::copy_file(path + ending, killed + ending, fs::copy_options::overwrite_existing);
+    }
+    const std::string file = test::readText(killed), log = test::readText(killed + "-wal");
+    expectDrive(*openRecording(killed));
+    EXPECT_EQ(test::readText(killed), file);
+    EXPECT_EQ(test::readText(killed + "-wal"), log);
+    EXPECT_EQ(fs::exists(killed + "-shm"), has_index);
+  }
+  fs::remove(killed + "-shm");
+  ASSERT_EQ(mkfifo((killed + "-shm").c_str(), 0600), 0);  // which is not waited for
+  expectDrive(*openRecording(killed));
+  expectDrive(*openRecording(path));  // while it is being recorded
+  sqlite3_close(database);
+}
+
+/// The journal of a database is not looked at, whatever it says.
+TEST_F(Bags, AJournalBesideADatabaseIsLeftAlone) {
+  const std::string path = write("a.db3", drive(Wire::cdr_little));
+  test::writeText(path + "-journal",
+                  std::string("\xD9\xD5\x05\xF9\x20\xA1\x63\xD7", 8) + std::string(504, '\1'));
+  expectDrive(*openRecording(path));
+  EXPECT_TRUE(fs::exists(path + "-journal"));
 }
 
 TEST_F(Bags, DamagedOnesEndInFramesOrAnError) {

@@ -191,6 +191,21 @@ TEST_F(E57Files, ThatLieAreRefused) {
   }
 }
 
+TEST_F(E57Files, OfOneElementWithAMillionAttributesAreRefused) {
+  const auto withAttributes = [](int count) {
+    std::string tag = "<any ";
+    for (int i = 0; i < count; ++i) tag += "b" + std::to_string(i) + "=\">\" ";
+    return tag + "/><data3D";
+  };
+  EXPECT_NE(messageOfLie("<data3D", withAttributes(1000000)).find("a tag of more than"),
+            std::string::npos);
+  EXPECT_EQ(messageOfLie("<data3D", withAttributes(1000)), "");
+  // Texts may be of any length.
+  EXPECT_EQ(messageOfLie("<data3D", "<any><![CDATA[" + std::string(1 << 20, '<') + "]]>" +
+                                        std::string(1 << 20, 'a') + "</any><data3D"),
+            "");
+}
+
 TEST_F(E57Files, WhoseScansHaveNotTheSameClassesAreRefused) {
   test::E57Points other;
   other.columns = kDoubles;

@@ -332,5 +332,101 @@ TEST_F(DamagedMap, CountsThatLieDoNotCostMemory) {
   }
 }
 
+// ---- files beside a map
+
+/// A journal whose header says this. `records`: as many bytes behind the header as they take.
+std::string journalOf(std::uint32_t pages, std::uint32_t page_bytes, const std::string& records,
+                      std::uint32_t count) {
+  const auto number = [](std::uint32_t value) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xFF);
+    return bytes;
+  };
+  std::string journal = "\xD9\xD5\x05\xF9\x20\xA1\x63\xD7" + number(count) + number(7) +
+                        number(pages) + number(512) + number(page_bytes);
+  journal.resize(512);
+  return journal + records;
+}
+
+/// The end of a journal that names a file for SQLite to delete.
+std::string nameOf(const std::string& file) {
+  std::uint32_t sum = 0;
+  for (const char c : file) sum += static_cast<std::uint8_t>(c);
+  const auto low = [](std::size_t value) {
+    return std::string({0, 0, static_cast<char>(value >> 8), static_cast<char>(value & 0xFF)});
+  };
+  return low(0) + file + low(file.size()) + low(sum) + "\xD9\xD5\x05\xF9\x20\xA1\x63\xD7";
+}
+
+TEST_F(DamagedMap, AJournalThatIsNotOfThisMapIsNotUsed) {
+  const std::string journal = path_ + "-journal", victim = folder_ / "precious.txt";
+  const auto pages = static_cast<std::uint32_t>(sound_.size() / 4096);
+  const std::string page = std::string(3, '\0') + '\1' + std::string(4096 + 4, '\0');
+  const std::string unused = std::string(12, '\0') + journalOf(pages, 4096, "", 0).substr(12);
+  const std::pair<std::string, const char*> cases[] = {
+      {journalOf(pages, 4096, nameOf(victim), 0), "names another file"},
+      {unused + nameOf(victim), "names another file"},
+      {journalOf(1, 4096, "", 0), "is of a map of 1 pages"},
+      {journalOf(1, 4096, page, 1), "is of a map of 1 pages"},
+      {journalOf(pages + 1, 4096, "", 0), "this one has"},
+      {journalOf(pages, 512, "", 0), "has pages of 512 bytes"},
+      {"my thesis", "does not begin as a journal does"},
+      {std::string(5000, '\0'), "has pages of 0 bytes"}};
+  writeText(victim, "my thesis");
+  for (const auto& [bytes, expected] : cases) {
+    writeText(journal, bytes);
+    const std::string messages[] = {messageOfLoad(path_),
+                                    messageOf([&] { saveMap(path_, map_); }),
+                                    messageOf([&] { saveRevision(path_, map_, "", nullptr); }),
+                                    messageOf([&] { undoRevision(path_); }),
+                                    messageOf([&] { readRevisions(path_); }),
+                                    messageOf([&] { requireChangeable(path_); }),
+                                    messageOf([&] { replaceMap(path_, path_); })};
+    for (const std::string& message : messages) {
+      EXPECT_NE(message.find(expected), std::string::npos) << expected << ": " << message;
+      EXPECT_NE(message.find(journal), std::string::npos) << message;
+    }
+    EXPECT_EQ(readText(journal), bytes);
+    EXPECT_EQ(readText(path_), sound_);
+    EXPECT_TRUE(fs::exists(victim));
+  }
+  fs::remove(journal);
+  fs::create_symlink(victim, journal);
+  EXPECT_NE(messageOfLoad(path_).find("is no regular file"), std::string::npos);
+  EXPECT_TRUE(fs::exists(victim));
+}
+
+/// Pages are numbered from 1: a hole in a file has no records, however large it is.
+TEST_F(DamagedMap, AJournalOfNothingEndsAtOnce) {
+  const auto pages = static_cast<std::uint32_t>(sound_.size() / 4096);
+  std::string header = journalOf(pages, 4096, "", 0xFFFFFFFF);
+  header.replace(12, 4, std::string(4, '\0'));  // so that the sums of zeros are right
+  writeText(path_ + "-journal", header);
+  fs::resize_file(path_ + "-journal", std::uintmax_t{1} << 40);
+  EXPECT_TRUE(isSame(loadMap(path_), map_));
+}
+
+TEST_F(DamagedMap, AJournalThroughALinkToTheMapIsSeen) {
+  const std::string link = folder_ / "link.xvm";
+  fs::create_symlink(path_, link);
+  writeText(path_ + "-journal", journalOf(1, 4096, "", 0));
+  EXPECT_NE(messageOfLoad(link).find("town.xvm-journal: "), std::string::npos);
+}
+
+TEST_F(DamagedMap, AWriteAheadLogBesideAMapIsRefusedAndNothingIsMade) {
+  writeText(path_ + "-wal", std::string(5000, 'w'));
+  EXPECT_NE(messageOfLoad(path_).find("town.xvm-wal: is a write-ahead log"), std::string::npos);
+  EXPECT_NE(messageOf([&] { saveMap(path_, map_); }).find("town.xvm-wal"), std::string::npos);
+  EXPECT_FALSE(fs::exists(path_ + "-shm"));
+}
+
+TEST_F(DamagedMap, AJournalOfAFormerMapDoesNotGetIntoANewOne) {
+  const std::string fresh = folder_ / "fresh.xvm";
+  writeText(fresh + "-journal", journalOf(3, 4096, "", 0));
+  EXPECT_NE(messageOf([&] { saveMap(fresh, map_); }).find("would change the new map"),
+            std::string::npos);
+  EXPECT_FALSE(fs::exists(fresh));
+}
+
 }  // namespace
 }  // namespace xview::map

@@ -254,6 +254,16 @@ TEST_F(Hostile, NamesThatAreTooLongForAFileAreRefusedWhenItIsWritten) {
   EXPECT_FALSE(fs::exists(graph) || fs::exists(cloud));
 }
 
+TEST_F(Hostile, NamesOfAnyLengthMakeNoEndlessLine) {
+  const std::string name(100000, 'a');
+  for (const std::string& path : {name, name + ".pcd"}) {
+    const Outcome outcome = runXview({"info", path});
+    EXPECT_EQ(lineCount(outcome.err), 1u);
+    EXPECT_LT(outcome.err.size(), 2600u);
+    EXPECT_NE(outcome.err.find("aaa ... aaa"), std::string::npos);
+  }
+}
+
 TEST_F(Hostile, RecordedFilesAreOneLineEach) {
   XVIEW_REQUIRE_DATA(data, "fault_inputs");
   if (!fs::exists(data)) GTEST_SKIP() << data << " is not here";

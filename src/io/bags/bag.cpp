@@ -2,7 +2,6 @@
 #include "bag.h"
 
 #include <map>
-#include <tuple>
 
 namespace xview::io {
 namespace {
@@ -39,6 +38,9 @@ Bag::Bag(const std::string& path) : path_(path) {
   for (const std::string& file : filesOf(path)) {
     try {
       files_.push_back(endingOf(file) == ".db3" ? openDatabase(file) : openLog(file));
+    } catch (const std::bad_alloc&) {
+      if (BudgetOfThread::current()) throw;
+      throw Error(file, "needs more memory than there is to list its messages");
     } catch (const Error& problem) {  // of a folder the others are read
       if (file == path) throw;
       notes_.push_back("is read without " + std::string(problem.what()));
@@ -50,6 +52,25 @@ Bag::Bag(const std::string& path) : path_(path) {
       notes_.push_back((file == path ? "" : fs::path(file).filename().string() + " ") + note);
   }
   for (auto& [name, topic] : topics) topics_.push_back(std::move(topic));
+  seen_bytes_.resize(files_.size());
+}
+
+/// Messages may lie upon one another in a file that lies; what all of them are is bounded, too.
+std::string Bag::bytesOf(const BagFile& file, const MessageAt& message,
+                         std::uint64_t most_bytes) const {
+  std::string bytes = file.read(message, most_bytes);
+  if (isPackedMessage(bytes))
+    bytes = unpackedMessage(
+        file.file(), file.read(message, most_bytes == kWhole ? kWhole : kPackedHead), most_bytes);
+  if (bytes.size() <= kHeadBytes) return bytes;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!seen_.insert({message.file, message.chunk, message.position}).second) return bytes;
+  std::uint64_t& total = seen_bytes_.at(message.file);
+  total += bytes.size();
+  if (total > mostUnpacked(file.file()))
+    file.file().fail("its messages have more than {} bytes, expected {} at most of a file of {}",
+                     total, mostUnpacked(file.file()), file.file().size());
+  return bytes;
 }
 
 void Bag::add(const Channel& channel, Topic& topic) const {
@@ -71,9 +92,8 @@ std::vector<TopicAndMessage> inFileOrder(const std::vector<const Topic*>& topics
   for (const Topic* topic : topics) {
     for (const MessageAt& message : topic->messages) messages.push_back({topic, &message});
   }
-  const auto place = [](const MessageAt& m) { return std::tuple(m.file, m.chunk, m.position); };
   std::sort(messages.begin(), messages.end(),
-            [&](const auto& a, const auto& b) { return place(*a.message) < place(*b.message); });
+            [](const auto& a, const auto& b) { return isBefore(*a.message, *b.message); });
   return messages;
 }
 

@@ -2,16 +2,17 @@
 #pragma once
 
 #include <filesystem>
-#include <limits>
+#include <mutex>
+#include <new>
+#include <set>
+#include <tuple>
 
 #include "messages.h"
+#include "xview/types/budget.h"
 #include "xview/types/error.h"
 #include "xview/types/user_text.h"
 
 namespace xview::io {
-
-/// As many bytes as a message has.
-constexpr std::uint64_t kWhole = std::numeric_limits<std::uint64_t>::max();
 
 /// All messages of one name and type, in the order of the files.
 struct Topic : Channel {
@@ -39,10 +40,13 @@ class Bag {
             Use&& use) const {
     const BagFile& file = *files_.at(message.file);
     try {
-      std::string bytes = file.read(message, most_bytes);
-      if (isPackedMessage(bytes)) bytes = unpackedMessage(file.file(), file.read(message, kWhole));
+      const std::string bytes = bytesOf(file, message, most_bytes);
       Cursor cursor(file.file(), bytes, topic.serialization);
       return use(cursor);
+    } catch (const std::bad_alloc&) {
+      if (BudgetOfThread::current()) throw;  // its bound was reached
+      file.file().fail("a message of {} of {:.3f} s needs more memory than there is",
+                       printable(topic.topic), 1e-9 * static_cast<double>(message.log_ns));
     } catch (const Error& problem) {
       throw Error(fmt::format(
           "{}, in the message of {} of {:.3f} s ({} {}{}); another --topic or a mended copy may do",
@@ -55,12 +59,23 @@ class Bag {
 
  private:
   void add(const Channel& channel, Topic& topic) const;
+  std::string bytesOf(const BagFile& file, const MessageAt& message,
+                      std::uint64_t most_bytes) const;
 
   std::string path_;
   std::vector<std::unique_ptr<BagFile>> files_;
   std::vector<Topic> topics_;
   std::vector<std::string> notes_;
+  using Place = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t>;
+  mutable std::mutex mutex_;                       ///< of the two that follow
+  mutable std::set<Place> seen_;                   ///< large messages that were read as a whole
+  mutable std::vector<std::uint64_t> seen_bytes_;  ///< of these, in each file
 };
+
+/// In the order of the files, of a bag.
+inline bool isBefore(const MessageAt& a, const MessageAt& b) {
+  return std::tie(a.file, a.chunk, a.position) < std::tie(b.file, b.chunk, b.position);
+}
 
 struct TopicAndMessage {
   const Topic* topic;

@@ -18,6 +18,7 @@ struct MessageAt {
   std::uint64_t position = 0;  ///< of its record in the file or in its chunk; its row in a database
   std::uint32_t chunk = 0;     ///< the first is 1; 0 = in none
   std::uint32_t file = 0;      ///< of a bag of several
+  std::uint32_t channel = 0;   ///< that wrote it, as its record in a log says
 };
 
 /// What one publisher or topic wrote into a file.
@@ -37,6 +38,17 @@ struct Channel {
     messages.push_back(message);
   }
 };
+
+/// What the messages of a file may be together once they are unpacked, and those of one chunk
+/// [bytes]: recordings do not become smaller than a hundredth.
+inline std::uint64_t mostUnpacked(const InputFile& file) {
+  constexpr std::uint64_t kFree = std::uint64_t{32} << 20, kRatio = 100;
+  return kFree + kRatio * file.size();
+}
+constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;  ///< [bytes]
+
+/// As many bytes as a message has.
+constexpr std::uint64_t kWhole = std::numeric_limits<std::uint64_t>::max();
 
 /// One file with messages: what is where. Messages are read one by one, from several threads.
 class BagFile {
@@ -65,13 +77,19 @@ std::unique_ptr<BagFile> openLog(const std::string& path);
 /// SQLite databases of rosbag2. Throws Error.
 std::unique_ptr<BagFile> openDatabase(const std::string& path);
 
-/// A chunk as it was before "lz4", "zstd" or "bz2" made it small. `bytes` is what it must become;
-/// no more memory is taken than what has been unpacked needs. Throws Error.
+/// A chunk as it was before "lz4", "zstd" or "bz2" made it small, or as much of its beginning.
+/// `bytes` is what all of it must become, mostUnpacked() at most; no more memory is taken than what
+/// has been unpacked needs. Throws Error.
 std::string unpacked(const InputFile& file, const std::string& compression,
-                     const std::string& packed, std::uint64_t bytes);
+                     const std::string& packed, std::uint64_t bytes,
+                     std::uint64_t most_bytes = kWhole);
 
 /// Whether a message was made small on its own, as rosbag2 does if asked, with "zstd".
 bool isPackedMessage(const std::string& bytes);
-std::string unpackedMessage(const InputFile& file, const std::string& packed);
+/// As much of its beginning. The first so many bytes of what is packed are enough for kHeadBytes.
+std::string unpackedMessage(const InputFile& file, const std::string& packed,
+                            std::uint64_t most_bytes);
+constexpr std::uint64_t kPackedHead = std::uint64_t{1}
+                                      << 18;  ///< more than a block of zstd [bytes]
 
 }  // namespace xview::io

@@ -38,14 +38,22 @@ const Topic* topicNamed(const Bag& bag, const char* flag, const std::string& nam
                                names.empty() ? "; there is none" : knownWordsHint(name, names)));
 }
 
-/// The topic of the largest value; none if no value is above 0.
+/// The topic of the largest value, the first of equals; none if no value is above 0. They are asked
+/// for in the order of their first messages, so that no chunk is unpacked twice.
 template <class Value>
 const Topic* largest(const Bag& bag, Value value) {
+  std::vector<const Topic*> topics;
+  for (const Topic& topic : bag.topics()) {
+    if (!topic.messages.empty()) topics.push_back(&topic);
+  }
+  std::sort(topics.begin(), topics.end(), [](const Topic* a, const Topic* b) {
+    return isBefore(a->messages.front(), b->messages.front());
+  });
   const Topic* best = nullptr;
   double most = 0;
-  for (const Topic& topic : bag.topics()) {
-    const double here = topic.messages.empty() ? 0 : value(topic);
-    if (here > most) best = &topic, most = here;
+  for (const Topic* topic : topics) {
+    const double here = value(*topic);
+    if (here > most || (best && here == most && topic < best)) best = topic, most = here;
   }
   return best;
 }
@@ -66,10 +74,14 @@ bool isDepth(const Bag& bag, const Topic& topic) {
          });
 }
 
+bool isCameraInfo(const Topic& topic) {
+  return topic.content == Content::camera_info && !topic.messages.empty();
+}
+
 /// That in the same folder of names, as far as there is one.
 const Topic* cameraOf(const Bag& bag, const Topic& images) {
   return largest(bag, [&](const Topic& topic) {
-    if (topic.content != Content::camera_info) return 0.0;
+    if (!isCameraInfo(topic)) return 0.0;
     const auto end = std::mismatch(topic.topic.begin(), topic.topic.end(), images.topic.begin(),
                                    images.topic.end());
     return 1.0 + static_cast<double>(end.first - topic.topic.begin());
@@ -93,9 +105,10 @@ Choice chooseTopics(const Bag& bag, const InputOptions& options) {
   } else {
     choice.measurements = largest(
         bag, [&](const Topic& topic) { return isCloud(topic.content) ? pointsOf(bag, topic) : 0; });
-    if (!choice.measurements)
+    const bool has_camera = std::any_of(bag.topics().begin(), bag.topics().end(), isCameraInfo);
+    if (!choice.measurements && has_camera)
       choice.measurements = largest(bag, [&](const Topic& topic) {
-        return isDepth(bag, topic) && cameraOf(bag, topic) ? static_cast<double>(topic.count) : 0;
+        return isDepth(bag, topic) ? static_cast<double>(topic.count) : 0;
       });
   }
   if (choice.measurements && isImage(choice.measurements->content))

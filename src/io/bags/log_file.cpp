@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Logs of records: MCAP (mcap.dev/spec) and ROS 1 bags (wiki.ros.org/Bags/Format/2.0).
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -13,6 +14,12 @@ namespace {
 
 constexpr std::uint64_t kLongestHead = 4096;                          ///< of a record [bytes]
 constexpr std::uint64_t kLongestConnection = std::uint64_t{1} << 22;  ///< with its definition
+constexpr std::size_t kMostChannels = 65536;
+
+/// The file lies: it is refused, not read up to here.
+struct Refusal : Error {
+  using Error::Error;
+};
 
 /// A run of records: a file, or a chunk of one.
 struct Records {
@@ -232,11 +239,12 @@ class LogFile final : public BagFile {
   explicit LogFile(const std::string& path) : BagFile(path), format_(formatOf(file_)) {
     readSummary();
     readRecords(wholeFile(), format_.magic.size(), 0);
+    requireNamedOnce();
     for (std::uint32_t i = 0; i < chunks_.size(); ++i) {
       if (!chunks_[i].is_indexed) readChunk(i + 1);
     }
     only_channels_ = true;  // which a file that was not closed has only in its chunks
-    for (std::uint32_t i = 0; i < chunks_.size() && !allAreKnown(); ++i) readChunk(i + 1);
+    for (std::uint32_t i = 0; i < chunks_.size() && unknown_ > 0; ++i) readChunk(i + 1);
     for (auto& [id, channel] : by_id_) {
       if (!isKnown(channel)) channel.messages = {};
       if (!channel.topic.empty()) channels_.push_back(std::move(channel));
@@ -251,6 +259,9 @@ class LogFile final : public BagFile {
     const Record record = format_.record(records, message.position);
     if (record.kind != Record::Kind::message)
       file_.fail("expected a message, found another record");
+    if (record.id != message.channel)
+      file_.fail("its index says a message of channel {}, found one of channel {}", message.channel,
+                 record.id);
     return records.fetch(record.data, std::min(record.size, most_bytes));
   }
 
@@ -273,8 +284,17 @@ class LogFile final : public BagFile {
   }
 
   std::string fetch(std::uint64_t position, std::uint64_t bytes) const {
-    std::string data(static_cast<std::size_t>(bytes), '\0');
+    constexpr std::uint64_t kAhead = std::uint64_t{1} << 16;  ///< heads are read one by one [bytes]
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (bytes > kLongestHead) return readAt(position, bytes);
+    if (position < ahead_from_ || position + bytes > ahead_from_ + ahead_.size()) {
+      ahead_ = readAt(position, std::min(kAhead, file_.size() - position));
+      ahead_from_ = position;
+    }
+    return ahead_.substr(position - ahead_from_, bytes);
+  }
+  std::string readAt(std::uint64_t position, std::uint64_t bytes) const {
+    std::string data(static_cast<std::size_t>(bytes), '\0');
     file_.seek(position);
     file_.readBytes(data.data(), data.size());
     return data;
@@ -324,6 +344,7 @@ class LogFile final : public BagFile {
     }
     notes_.clear();
     chunks_.clear();
+    unpacked_ = 0;
     only_channels_ = false;
   }
 
@@ -336,6 +357,8 @@ class LogFile final : public BagFile {
         take(records, record, {record.log_ns, position, chunk, 0});
         position = record.next;
       }
+    } catch (const Refusal&) {
+      throw;
     } catch (const Error& problem) {
       if (chunk != 0) throw;
       const std::string what = problem.what();
@@ -352,14 +375,14 @@ class LogFile final : public BagFile {
         types_.emplace(record.id, record.name);
         break;
       case Record::Kind::channel:
-        describe(by_id_[record.id], record);
+        describe(channelOf(record.id), record);
         break;
       case Record::Kind::message:
         addMessage(record.id, place);
         break;
       case Record::Kind::chunk:
         if (place.chunk != 0) file_.fail("a chunk within a chunk");
-        chunks_.push_back({record.data, record.size, record.unpacked, record.encoding, false});
+        addChunk(record);
         break;
       case Record::Kind::index:
         readIndex(records, record);
@@ -369,8 +392,30 @@ class LogFile final : public BagFile {
     }
   }
 
-  void describe(Channel& channel, const Record& record) const {
+  void addChunk(const Record& record) {
+    requireNamedOnce();
+    chunks_.push_back({record.data, record.size, record.unpacked, record.encoding, false});
+    if (record.encoding.empty()) return;
+    const std::uint64_t most = mostUnpacked(file_);
+    unpacked_ += std::min(record.unpacked, most + 1);
+    if (unpacked_ > most)
+      throw Refusal(file_.path(),
+                    fmt::format("its first {} chunks say that they unpack to more than {} bytes, "
+                                "which are expected at most of a file of {}",
+                                chunks_.size(), most, file_.size()));
+  }
+
+  Channel& channelOf(std::uint32_t id) {
+    const auto [entry, is_new] = by_id_.try_emplace(id);
+    if (is_new) ++unknown_;
+    if (by_id_.size() > kMostChannels)
+      throw Refusal(file_.path(), fmt::format("has more than {} connections", kMostChannels));
+    return entry->second;
+  }
+
+  void describe(Channel& channel, const Record& record) {
     if (!channel.topic.empty()) return;
+    if (!record.name.empty()) --unknown_;
     const auto type = types_.find(record.type_id);
     channel.topic = record.name;
     channel.type = plainType(type == types_.end() ? record.type : type->second);
@@ -381,8 +426,9 @@ class LogFile final : public BagFile {
 
   void addMessage(std::uint32_t id, const MessageAt& message) {
     if (only_channels_) return;
-    Channel& channel = by_id_[id];
+    Channel& channel = channelOf(id);
     channel.add(message);
+    channel.messages.back().channel = id;
     if (!channel.topic.empty() && !isKnown(channel)) channel.messages.clear();
   }
 
@@ -394,14 +440,29 @@ class LogFile final : public BagFile {
     while (cursor.remaining() >= format_.entry_bytes) {
       MessageAt entry = format_.entry(cursor);
       entry.chunk = static_cast<std::uint32_t>(chunks_.size());
+      named_.push_back(entry.position);
       addMessage(record.id, entry);
       chunks_.back().is_indexed = true;
     }
   }
 
+  /// By the index of the last chunk.
+  void requireNamedOnce() {
+    std::sort(named_.begin(), named_.end());
+    const auto twice = std::adjacent_find(named_.begin(), named_.end());
+    if (twice != named_.end())
+      throw Refusal(file_.path(),
+                    fmt::format("its index names the message at byte {} of the chunk at byte {} "
+                                "twice",
+                                *twice, chunks_.back().data));
+    named_.clear();
+  }
+
   void readChunk(std::uint32_t number) {
     try {
       readRecords(chunk(number), 0, number);
+    } catch (const Refusal&) {
+      throw;
     } catch (const Error& problem) {
       throw Error(fmt::format("{}, in the chunk at byte {}; to mend it: {}", problem.what(),
                               chunks_[number - 1].data,
@@ -409,19 +470,19 @@ class LogFile final : public BagFile {
     }
   }
 
-  bool allAreKnown() const {
-    return std::none_of(by_id_.begin(), by_id_.end(),
-                        [](const auto& entry) { return entry.second.topic.empty(); });
-  }
-
   const Format& format_;
   std::vector<Chunk> chunks_;
   std::map<std::uint32_t, std::string> types_;
   std::map<std::uint32_t, Channel> by_id_;
-  bool only_channels_ = false;  ///< messages are passed over
-  mutable std::mutex mutex_;    ///< of the file and of the chunk that is kept
+  std::size_t unknown_ = 0;           ///< channels that have no name yet
+  std::vector<std::uint64_t> named_;  ///< positions in the index of the last chunk
+  std::uint64_t unpacked_ = 0;        ///< what the packed chunks say that they are [bytes]
+  bool only_channels_ = false;        ///< messages are passed over
+  mutable std::mutex mutex_;          ///< of the file and of what is kept of it
   mutable std::uint32_t kept_ = 0;
   mutable Unpacked kept_content_;
+  mutable std::string ahead_;  ///< a piece of the file, read at once
+  mutable std::uint64_t ahead_from_ = 0;
 };
 
 }  // namespace

@@ -12,8 +12,7 @@
 namespace xview::io {
 namespace {
 
-constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;  ///< [bytes]
-constexpr std::size_t kStep = std::size_t{1} << 20;              ///< room for more [bytes]
+constexpr std::size_t kStep = std::size_t{1} << 20;  ///< room for more [bytes]
 
 /// Unpacks from `in` to `out`, shortens both to what is left, and says whether it goes on; false if
 /// the stream has ended or is damaged.
@@ -79,26 +78,28 @@ Unpack unpackerOf(const InputFile& file, const std::string& compression) {
 }  // namespace
 
 std::string unpacked(const InputFile& file, const std::string& compression,
-                     const std::string& packed, std::uint64_t bytes) {
+                     const std::string& packed, std::uint64_t bytes, std::uint64_t most_bytes) {
   const Unpack unpack = unpackerOf(file, compression);
-  if (bytes > kLargestChunk)
-    file.fail("a chunk of {} bytes, expected {} at most", bytes, kLargestChunk);
+  const std::uint64_t most = std::min(kLargestChunk, mostUnpacked(file));
+  if (bytes > most) file.fail("a chunk of {} bytes, expected {} at most", bytes, most);
+  const bool is_whole = most_bytes >= bytes;
+  // One byte more than it should become shows that it becomes more.
+  const std::uint64_t end = is_whole ? bytes + 1 : most_bytes;
   std::string out;
   std::size_t done = 0;
   Piece piece{packed.data(), packed.size(), nullptr, 0};
-  for (bool goes_on = true; goes_on;) {
-    // One byte more than it should become shows that it becomes more.
+  for (bool goes_on = true; goes_on && done < end;) {
     const std::size_t room = std::max(kStep, out.size());
-    if (done == out.size()) out.resize(std::min<std::uint64_t>(bytes + 1, out.size() + room));
+    if (done == out.size()) out.resize(std::min<std::uint64_t>(end, out.size() + room));
     const std::size_t in_before = piece.in_left;
     piece.out = out.data() + done;
     piece.out_left = out.size() - done;
-    goes_on = unpack(piece) && done <= bytes;
+    goes_on = unpack(piece);
     const std::size_t grown = out.size() - done - piece.out_left;
     done += grown;
     if (grown == 0 && piece.in_left == in_before) break;
   }
-  if (done != bytes)
+  if (is_whole && done != bytes)
     file.fail("a chunk of {} unpacks to {} bytes{}, expected {}", compression, done,
               done > bytes ? " and more" : "", bytes);
   out.resize(done);
@@ -109,8 +110,10 @@ bool isPackedMessage(const std::string& bytes) {
   return bytes.compare(0, 4, "\x28\xB5\x2F\xFD") == 0;
 }
 
-std::string unpackedMessage(const InputFile& file, const std::string& packed) {
-  return unpacked(file, "zstd", packed, ZSTD_getFrameContentSize(packed.data(), packed.size()));
+std::string unpackedMessage(const InputFile& file, const std::string& packed,
+                            std::uint64_t most_bytes) {
+  return unpacked(file, "zstd", packed, ZSTD_getFrameContentSize(packed.data(), packed.size()),
+                  most_bytes);
 }
 
 }  // namespace xview::io

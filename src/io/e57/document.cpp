@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::uint64_t kLongestXml = std::uint64_t{16} << 20;
 constexpr std::size_t kMostNodes = 200000, kDeepest = 32;
+constexpr std::size_t kLongestTag = std::size_t{1} << 17;  ///< with its attributes [bytes]
 
 std::uint32_t crc32c(const char* bytes, std::size_t count) {
   static const auto table = [] {
@@ -93,10 +94,23 @@ Node parseXml(const std::string& text, const InputFile& file) {
   XML_SetElementHandler(parser.get(), TreeBuilder::begin, TreeBuilder::end);
   XML_SetCharacterDataHandler(parser.get(), TreeBuilder::text);
   XML_SetStartDoctypeDeclHandler(parser.get(), TreeBuilder::doctype);
-  if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), 1) != XML_STATUS_OK)
-    file.fail(
-        "line {} of its XML: {}", XML_GetCurrentLineNumber(parser.get()),
-        tree.refused.empty() ? XML_ErrorString(XML_GetErrorCode(parser.get())) : tree.refused);
+  const auto refuse = [&](const std::string& what) {
+    file.fail("line {} of its XML: {}", XML_GetCurrentLineNumber(parser.get()), what);
+  };
+  std::size_t given = 0;
+  do {
+    // In pieces, so that a tag without end, whose attributes take long, is noticed before it is
+    // read.
+    const std::size_t piece = std::min(text.size() - given, kLongestTag);
+    const bool is_last = given + piece == text.size();
+    if (XML_Parse(parser.get(), text.data() + given, static_cast<int>(piece), is_last) !=
+        XML_STATUS_OK)
+      refuse(tree.refused.empty() ? XML_ErrorString(XML_GetErrorCode(parser.get())) : tree.refused);
+    given += piece;
+    const auto done = static_cast<std::size_t>(XML_GetCurrentByteIndex(parser.get()));
+    if (!is_last && done < given && given - done >= kLongestTag)
+      refuse(fmt::format("a tag of more than {} bytes", kLongestTag));
+  } while (given < text.size());
   return std::move(tree.root.children.front());
 }
 
