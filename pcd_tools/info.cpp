@@ -16,6 +16,7 @@
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"
 #include "xview/measure_size.h"
+#include "xview/odometry_check.h"
 #include "xview/query_check.h"
 #include "xview/raw_recording.h"
 #include "xview/self_similarity.h"
@@ -200,6 +201,22 @@ void printSize(Sheet& sheet, const Measured& data, const Options& options) {
             sizeText(found.size));
 }
 
+/// Where queries of it would begin, and why it would be no map.
+void printOdometry(Sheet& sheet, const FrameSource& source, const Job& job) {
+  if (source.size() < 2 || source.sensor() == Sensor::cloud || !job.options.odometry.check) return;
+  std::vector<std::string> texts;
+  Json jumps = Json::array();
+  for (const OdometryJump& jump : findJumps(source, job.options)) {
+    texts.push_back(fmt::format("{} (off by about {:.1f} m)", jump.frame, jump.off_m));
+    jumps.push_back({{"frame", jump.frame}, {"off_m", jump.off_m}});
+  }
+  sheet.row("odometry",
+            texts.empty()
+                ? "nothing in the scans contradicts it"
+                : fmt::format("the scans contradict it at frame {}", fmt::join(texts, ", ")),
+            {{"jumps", jumps}});
+}
+
 void printRecording(Sheet& sheet, const FrameSource& source, const Job& job) {
   if (source.size() == 0) throw Error(source.name(), "no frames");
   printSize(sheet, std::vector<const FrameSource*>{&source}, job.options);
@@ -231,6 +248,7 @@ void printRecording(Sheet& sheet, const FrameSource& source, const Job& job) {
   sheet.row("measured", fmt::format("{} of {} {}", all.measured, all.size, unit), all.measured);
   sheet.row("path length", fmt::format("{:.1f} m", length_m), length_m);
   sheet.bounds("positions", all.bounds);
+  printOdometry(sheet, source, job);
   sheet.classes(all, source.labels(), unit);
 }
 

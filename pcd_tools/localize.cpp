@@ -303,10 +303,7 @@ class LocalizeCommand final : public Command {
                                    windows_.size, input.path, input.size()));
     }
     const auto answerWindow = [&](const Query& query, const Window& window) {
-      Answer answer = answerFor(input, window, unanswered_);
-      if (!query.jumps.empty())
-        answer.used_from =
-            (input.whole ? input.used_from : window.first) + query.jumps.back().position;
+      Answer answer = answerFor(input, window, query, unanswered_);
       answers.answer(query, window, answer);
       answer.budget_exhausted = exhaustedBudget();
       answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), query.sensor);

@@ -293,7 +293,7 @@ class ServeCommand final : public Command {
     const Budget budget(limits_);
     QueryInput input = readQuery(body.path(), input_, map->job, map->map.labels, kLastMetres);
     input.path = body.name();
-    Answer answer = answerFor(input, {0, input.size()}, map->unanswered);
+    Answer answer = answerFor(input, {0, input.size()}, *input.whole, map->unanswered);
     answer.fix = map->localizer.localize(*input.whole);
     answer.budget_exhausted = budget.exhausted();
     answer.heading_rad = headingOf(answer.fix.T_map_sensor.linear(), input.whole->sensor);

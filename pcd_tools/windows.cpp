@@ -19,10 +19,11 @@ std::vector<Window> windowsOf(std::size_t frames, int length, int stride) {
   return windows;
 }
 
-Answer answerFor(const QueryInput& input, const Window& window, Answer answer) {
+Answer answerFor(const QueryInput& input, const Window& window, const Query& query, Answer answer) {
   answer.input = input.path;
   answer.frames = input.size();
   answer.used_from = std::max(window.first, input.used_from);
+  if (!query.jumps.empty()) answer.used_from += query.jumps.back().position;
   answer.last_index = window.last - 1;
   if (input.source) {
     answer.first_frame = input.source->number(window.first);

@@ -14,8 +14,9 @@ namespace xview::tools {
 /// `stride`: frames from one start to the next, 0 = as the length.
 std::vector<Window> windowsOf(std::size_t frames, int length, int stride);
 
-/// What identifies the answer to a window. `answer` holds what all answers of the run share.
-Answer answerFor(const QueryInput& input, const Window& window, Answer answer);
+/// What identifies the answer to a window, of which the query was made. `answer` holds what all
+/// answers of the run share.
+Answer answerFor(const QueryInput& input, const Window& window, const Query& query, Answer answer);
 
 /// Accepted is what is wrong with at most this chance. Throws UsageError that calls it `name`.
 void acceptAtRisk(const std::string& name, double risk, verify::VerdictOptions& verdict);

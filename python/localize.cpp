@@ -58,7 +58,8 @@ Fix localize(const Seeker& seeker, const Source& source, double last_m) {
   if (cutByBudget(read)) input.whole.emplace().poses.emplace_back(Eigen::Isometry3d::Identity());
   tools::logOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
   checkSignals();
-  tools::Answer answer = tools::answerFor(input, {0, input.size()}, seeker.unanswered);
+  tools::Answer answer =
+      tools::answerFor(input, {0, input.size()}, *input.whole, seeker.unanswered);
   answer.fix = released([&] { return seeker.localizer->localize(*input.whole); });
   answer.budget_exhausted = budget.exhausted();
   return finished(std::move(answer), input.whole->sensor, work);
@@ -77,7 +78,7 @@ std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recordin
     tools::logOwnDrive(*seeker.map, input.path, input.poses(), work.job().narrate);
     std::vector<Fix> fixes;
     const auto take = [&](const Query& query, const tools::Window& part) {
-      tools::Answer answer = tools::answerFor(input, part, seeker.unanswered);
+      tools::Answer answer = tools::answerFor(input, part, query, seeker.unanswered);
       answer.fix = seeker.localizer->localize(query);
       answer.budget_exhausted = exhaustedBudget();
       const py::gil_scoped_acquire gil;
@@ -184,6 +185,12 @@ void bindFix(py::module_& module) {
       .def_property_readonly(
           "reason", [](const Fix& f) { return tools::oneLine(f.answer->fix.reason); },
           "One sentence with the deciding numbers; what would move a terminal's cursor is escaped.")
+      .def_property_readonly(
+          "reason_code", [](const Fix& f) { return toString(f.answer->fix.reason_code); },
+          "The reason for programs: 'accepted', 'ambiguous', 'out_of_map', 'too_short', "
+          "'contradicted', 'not_converged', 'outside_prior', 'odometry_jump', 'budget_exhausted' "
+          "or "
+          "'not_comparable'.")
       .def_property_readonly(
           "budget_exhausted",
           [](const Fix& f) -> std::optional<std::string> {

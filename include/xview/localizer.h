@@ -141,7 +141,8 @@ class Localizer {
   Localizer(CanonicalMap map, const Options& options);
   const map::SemanticMap& map() const;  ///< UsageError if it was moved from
   const Index& indexFor(const Query& query) const;
-  Localization localizeNear(const Query& query, const ExpectedPose* canonical) const;
+  Localization localizeNear(const Query& query, const std::optional<ExpectedPose>& expected) const;
+  void requireSupport(const Query& query, Localization& answer) const;
 
   double size_;
   Options options_;                              ///< in metres

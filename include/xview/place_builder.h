@@ -102,6 +102,7 @@ class PlaceBuilder {
     double travelled_m;  ///< until this frame
   };
   void beginBehind(const OdometryJump& jump);
+  std::shared_ptr<const Place> newestFrame() const;
   void takePose(const PreprocessedFrame& frame);
   void takePoints(const SharedFrame& frame);
   void thinPoints();
@@ -110,7 +111,7 @@ class PlaceBuilder {
   void drawGraph();
   void finishPoints();
 
-  Options options_;
+  Options given_, options_;  ///< in metres, at canonical scale
   PlaceUse use_;
   std::size_t frames_for_gravity_;
   std::optional<OdometryCheck> odometry_;  ///< of a query

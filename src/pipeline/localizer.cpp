@@ -498,23 +498,52 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
   return *coarse.index;
 }
 
-Localization Localizer::localize(const Query& query) const { return localizeNear(query, nullptr); }
+Localization Localizer::localize(const Query& query) const { return localizeNear(query, {}); }
 
 Localization Localizer::localize(const Query& query, const ExpectedPose& expected) const {
   requireSound(expected, size_);
-  const ExpectedPose canonical = scaledPose(1 / size_, expected);
-  return localizeNear(query, &canonical);
+  return localizeNear(query, expected);
 }
 
-Localization Localizer::localizeNear(const Query& query, const ExpectedPose* canonical) const {
+Localization Localizer::localizeNear(const Query& query,
+                                     const std::optional<ExpectedPose>& expected) const {
   return withinBudget([&] {
     askBudget("the index");
     const Index& index = indexFor(query);
-    Localization answer =
-        inMetres(index.localize(*QueryInMap(query, map().labels, size_), canonical), size_);
+    std::optional<ExpectedPose> canonical;
+    if (expected) canonical = scaledPose(1 / size_, *expected);
+    Localization answer = inMetres(
+        index.localize(*QueryInMap(query, map().labels, size_), canonical ? &*canonical : nullptr),
+        size_);
+    if (answer.accepted() && options_.odometry.check) requireSupport(query, answer);
     if (!query.jumps.empty()) tellJump(query.jumps.back(), query.poses.size(), answer);
     return answer;
   });
+}
+
+/// Most of a window may be of before the odometry slipped or was stuck, and the answer is the pose
+/// of its last frame. An acceptance is taken back if that frame by itself scores less than a half
+/// of what a true pose does where it is put, and more by that at another pose nearby.
+void Localizer::requireSupport(const Query& query, Localization& answer) const {
+  constexpr double kReach_m = 1.5, kLeastShare = 0.5;
+  constexpr double kAround_m = 40, kAround_rad = 0.5, kElsewhere_m = 3;
+  if (!query.newest || options_.method == "walks" || answer.scale != 1) return;
+  const Query& newest = *query.newest;
+  const verify::PlaceEvidence here =
+      check(newest, {answer.T_map_query}, kReach_m * size_)[0].evidence;
+  if (here.score >= kLeastShare * here.expected) return;
+  const Localization nearby =
+      localizeNear(newest, ExpectedPose{answer.T_map_query, kAround_m * size_, kAround_rad});
+  if (nearby.hypotheses.empty()) return;
+  const Eigen::Vector3d sensor = newest.poses.back().translation();
+  const double off_m = (nearby.T_map_query * sensor - answer.T_map_query * sensor).norm();
+  const double clearly_more = std::max(0.0, here.score) + kLeastShare * here.expected;
+  if (off_m < kElsewhere_m * size_ || nearby.hypotheses[0].score < clearly_more) return;
+  verify::refuse(ReasonCode::odometry_jump,
+                 fmt::format("the last frame by itself does not fit where the frames before put "
+                             "it, but {:.1f} m from there: the odometry slipped",
+                             off_m),
+                 answer);
 }
 
 verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {

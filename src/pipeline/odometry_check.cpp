@@ -165,7 +165,7 @@ InPlace inPlaceAfter(const Eigen::Isometry3d& T_before_now, const SeenCells& bef
   const auto share = [&](std::size_t of) {
     return static_cast<double>(found) / static_cast<double>(of);
   };
-  return {share(asked.size()), overlap >= kFewestAsked / 2 ? share(overlap) : NAN};
+  return {share(asked.size()), overlap >= kFewestAsked ? share(overlap) : NAN};
 }
 
 double distanceBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {

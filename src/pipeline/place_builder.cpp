@@ -23,6 +23,9 @@ namespace {
 /// answered when the map itself is the query.
 constexpr double kKeyframeEvery_m = 2;
 
+/// Frames of a query from which on most of it may be of before its odometry went wrong.
+constexpr std::size_t kFewestToDoubt = 3;
+
 /// The points of a map are thinned when their number has doubled since the last time, and grown by
 /// this.
 constexpr std::size_t kSlackPoints = 500000;
@@ -66,7 +69,8 @@ void requireGraphSpace(const Options& options, Sensor sensor, const std::string&
 
 PlaceBuilder::PlaceBuilder(const LabelSet& labels, const Options& options, PlaceUse use,
                            std::size_t frames_for_gravity)
-    : options_(inCanonicalLengths(options, parseSize(options.size).value_or(kTownScale))),
+    : given_(options),
+      options_(inCanonicalLengths(options, parseSize(options.size).value_or(kTownScale))),
       use_(use),
       frames_for_gravity_(frames_for_gravity) {
   place_.labels = labels;
@@ -128,12 +132,21 @@ Place PlaceBuilder::finish() {
   place_.bev.alignment = place_.gravity.alignment;
   askBudget("the graph");
   drawGraph();
+  if (odometry_ && place_.poses.size() >= kFewestToDoubt) place_.newest = newestFrame();
   finishPoints();
   if (use_ == PlaceUse::query && place_.poses.empty())
     place_.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
   if (place_.size != kTownScale) scaleLengths(place_.size, place_);
   place_.timing_ms.emplace_back("graph", graph_ms_ + watch.lap_ms());
   return std::move(place_);
+}
+
+std::shared_ptr<const Place> PlaceBuilder::newestFrame() const {
+  PlaceBuilder alone(place_.labels, given_, PlaceUse::query, 1);
+  alone.odometry_.reset();
+  alone.setGravity(place_.gravity);
+  alone.add(recent_.back().frame);
+  return std::make_shared<const Place>(alone.finish());
 }
 
 void PlaceBuilder::setGravity(const Gravity& gravity) {

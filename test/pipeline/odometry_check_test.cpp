@@ -96,7 +96,8 @@ TEST(OdometryCheck, WhatIsReportedIsThePoseOfTheLastFrame) {
   int accepted = 0;
   for (const std::size_t jump : {kLast - 1, kLast - 4, kLast - 8, kLast - 20}) {
     const Localization fix = localizer.localize(queryOf(jumpingFrames(jump, kMove), kFirst, kLast));
-    EXPECT_NE(fix.reason.find("the scans contradict the odometry"), std::string::npos) << fix.reason;
+    EXPECT_NE(fix.reason.find("the scans contradict the odometry"), std::string::npos)
+        << fix.reason;
     accepted += fix.accepted();
     if (fix.accepted())
       EXPECT_LT((fix.T_map_sensor.translation() - truth).norm(), 1) << jump;
@@ -121,7 +122,7 @@ TEST(OdometryCheck, ATrackForgetsWhatWasBeforeTheJump) {
 /// A recording whose odometry is moved from a frame on.
 class JumpingRecording final : public ForwardingSource {
  public:
-  using ForwardingSource::ForwardingSource;
+  explicit JumpingRecording(const FrameSource& source) : ForwardingSource(source) {}
   Eigen::Isometry3d pose(std::size_t i) const override {
     return i < kJump ? source_.pose(i) : kMove * source_.pose(i);
   }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,8 @@ struct Place {
   /// Where the odometry of a query jumps, in order. The query begins behind the last jump: nothing
   /// else of it, poses included, is of earlier frames.
   std::vector<OdometryJump> jumps;
+  /// The last frame of a query of several by itself, which its pose must fit as well.
+  std::shared_ptr<const Place> newest;
 
   Sensor sensor = Sensor::cloud;  ///< that saw it last
   double size = 1;                ///< scale: its lengths over canonical ones; see kTownScale
