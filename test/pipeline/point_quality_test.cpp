@@ -63,6 +63,7 @@ std::size_t pointsOfQuery(int well_known, int just_known) {
     frame.cloud.points.back().sigma = i < well_known ? 0.1f : 0.45f;
   }
   frame.weights.assign(frame.cloud.size(), 1);
+  frame.resolves_thin.assign(frame.cloud.size(), true);
   return makeQuery(&frame, &frame + 1, genericLabelSet({7}), Options()).cloud.size();
 }
 

@@ -233,11 +233,12 @@ TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
       jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
   std::vector<std::string> keys;
   for (const auto& [key, value] : answer.items()) keys.push_back(key);
-  const std::vector<std::string> expected{"query",    "status",      "reason",         "confidence",
-                                          "p_wrong",  "witnesses",   "statistics",     "size",
-                                          "map",      "T_map_query", "pose",           "covariance",
-                                          "scale",    "gravity",     "gravity_reason", "inliers",
-                                          "vertices", "matches",     "hypotheses",     "timing_ms"};
+  const std::vector<std::string> expected{"query",      "status",   "reason",      "reason_code",
+                                          "confidence", "p_wrong",  "witnesses",   "statistics",
+                                          "size",       "map",      "T_map_query", "pose",
+                                          "covariance", "scale",    "gravity",     "gravity_reason",
+                                          "inliers",    "vertices", "matches",     "hypotheses",
+                                          "timing_ms"};
   EXPECT_EQ(keys, expected);
   EXPECT_EQ(answer["query"]["input"], town("rear"));
   EXPECT_EQ(answer["query"]["first_frame"], 0);
