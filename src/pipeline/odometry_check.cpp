@@ -33,6 +33,8 @@ constexpr double kExplains = 0.5, kClearlyMore = 0.35, kLeastOff_m = 2.5;
 constexpr double kInPlace = 0.85;
 /// Difference to the step before with which a step is unusual.
 constexpr double kUnusual_m = 2, kUnusual_rad = 0.5;
+/// Multiple of the usual step that is believed only if the scans support it.
+constexpr double kWildSteps = 8;
 constexpr double kLeastMove_m = 0.5;  ///< of a sensor that does not stand
 /// A frame to which later ones are compared is left behind after such a way, but not after fewer
 /// steps than these, and at the latest after so many.
@@ -194,19 +196,23 @@ struct OdometryCheck::State {
   /// usual one, if it is unusual and leaves much less in place.
   std::optional<double> offSinceLast(const Look& now, const Points& asked) {
     const Eigen::Isometry3d step = stepBetween(before, now);
+    InPlace in_place{0, NAN};
     if (tell(before, now, asked)) {
       std::vector<Eigen::Isometry3d> others{Eigen::Isometry3d::Identity()};
       if (last_step) others.push_back(*last_step);
       if (last_move) others.push_back(*last_move);
-      InPlace in_place;
       if (const auto off_m = offBy(before, now, asked, others, false, in_place)) return off_m;
       if (isUnusual(step) && usual_in_place.size() >= kFewestSteps &&
-          in_place.of_overlap < kMuchLess * usual())
+          in_place.of_overlap < kMuchLess * usual(usual_in_place))
         return distanceBetween(step, *last_step);
       if (std::isfinite(in_place.of_overlap)) usual_in_place.push_back(in_place.of_overlap);
       if (usual_in_place.size() > kUsualSteps) usual_in_place.pop_front();
     }
+    if (!std::isfinite(in_place.of_overlap) && isWild(step))
+      return distanceBetween(step, *last_step);
     last_step = step;
+    steps_m.push_back(step.translation().norm());
+    if (steps_m.size() > kUsualSteps) steps_m.pop_front();
     if (step.translation().norm() >= kLeastMove_m) last_move = step;
     return std::nullopt;
   }
@@ -273,14 +279,20 @@ struct OdometryCheck::State {
     return last_step && (distanceBetween(step, *last_step) > kUnusual_m ||
                          rotationBetween(step, *last_step) > kUnusual_rad);
   }
-  double usual() const {
-    return medianOf(std::vector<double>(usual_in_place.begin(), usual_in_place.end()));
+  /// No scan supports such a step.
+  bool isWild(const Eigen::Isometry3d& step) const {
+    return isUnusual(step) && steps_m.size() >= kFewestSteps &&
+           step.translation().norm() > kWildSteps * usual(steps_m);
+  }
+  static double usual(const std::deque<double>& values) {
+    return medianOf(std::vector<double>(values.begin(), values.end()));
   }
 
   const LabelSet labels;
   Look before;
   std::size_t added = 0;
   std::optional<Eigen::Isometry3d> last_step, last_move;  ///< that the scans did not contradict
+  std::deque<double> steps_m;                             ///< their lengths
   std::deque<double> usual_in_place;                      ///< of the overlap
   std::optional<Look> anchor;
   std::optional<Eigen::Isometry3d> move_at_anchor;

@@ -2,9 +2,6 @@
 #include "support/program.h"
 
 #include <fcntl.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -72,9 +69,6 @@ Outcome runProgram(const std::string& program, const std::vector<std::string>& a
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
 
-#ifdef __GLIBC__
-  malloc_trim(0);  // what this process holds on to counts as a peak of the child
-#endif
   const pid_t child = fork();
   if (child < 0) std::abort();
   if (child == 0) become(argv, out, err, limits);
