@@ -46,6 +46,14 @@ std::vector<SceneMark> marksOf(const Explanation& explanation) {
   return marks;
 }
 
+/// How far the second fix is from where odometry leads from the first.
+double offBetween(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
+                  const std::vector<Eigen::Isometry3d>& T_odom_sensor) {
+  const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
+  const Eigen::Vector3d expected = a.T_map_sensor * (a.scale * T_a_b.translation());
+  return (b.T_map_sensor.translation() - expected).norm();
+}
+
 /// More than odometry can drift from one fix to the next: somebody carried the robot.
 bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
                const std::vector<Eigen::Isometry3d>& T_odom_sensor, const Job& job) {
@@ -59,13 +67,11 @@ bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
     longest_m = std::max(longest_m, step_m);
   }
   way_m -= longest_m;  // it may be the odometry's jump, which nobody drove
-  const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
-  const Eigen::Vector3d expected = a.T_map_sensor * (a.scale * T_a_b.translation());
   const double sigma_m = std::sqrt(a.covariance.topLeftCorner<3, 3>().trace() +
                                    b.covariance.topLeftCorner<3, 3>().trace());
   const double heading_rad = std::sqrt(std::max(0.0, a.covariance(5, 5))) * kSigmas +
                              odometry.drift_deg_per_m * M_PI / 180 * way_m;
-  return (b.T_map_sensor.translation() - expected).norm() >
+  return offBetween(a, b, T_odom_sensor) >
          kLeast_m * parseSize(job.options.size).value_or(kTownScale) + kSigmas * sigma_m +
              (odometry.drift + heading_rad) * way_m;
 }
@@ -82,10 +88,8 @@ double reachOfOdometry(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
     const pose::TrajectoryFix &a = fixes[k - 1], &b = fixes[k];
     const double between_m = way_m[b.index] - way_m[a.index];
     if (between_m < kLeastWay_m * size) continue;
-    const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
-    const double off_m =
-        (b.T_map_sensor.translation() - a.T_map_sensor * (a.scale * T_a_b.translation())).norm();
-    rate = std::max(rate.value_or(job.options.odometry.drift), off_m / between_m);
+    rate = std::max(rate.value_or(job.options.odometry.drift),
+                    offBetween(a, b, T_odom_sensor) / between_m);
   }
   return kMostError_m * size / std::max(1e-3, rate.value_or(kUnknownRate));
 }
@@ -321,7 +325,9 @@ void AnswerFiles::end(const Job& job) const {
     return;
   }
   if (!trajectory.empty())
-    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_, was_found_.empty() ? found_.is_found : was_found_, jumps_, job));
+    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_,
+                                                  was_found_.empty() ? found_.is_found : was_found_,
+                                                  jumps_, job));
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);
   if (!initial_pose.empty())
     writeFile(initial_pose, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,

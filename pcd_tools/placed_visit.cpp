@@ -112,17 +112,18 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
     return std::nullopt;
   }
   for (const std::size_t jump : found.jumps)
-    job.narrate.note(fmt::format("{}: the scans contradict its odometry at frame {}; what is before "
-                                 "and behind it is placed by itself",
-                                 input.path, input.source->number(jump)));
+    job.narrate.note(
+        fmt::format("{}: the scans contradict its odometry at frame {}; what is before "
+                    "and behind it is placed by itself",
+                    input.path, input.source->number(jump)));
   PlacedVisit visit;
   visit.sigma_m = medianOf(found.sigmas_m);
   visit.confidence = found.confidence;
   visit.how = fmt::format("{}: {} of {} stretches accepted, ±{}", input.path, found.sigmas_m.size(),
                           found.asked, lengthText(visit.sigma_m));
   addFixes(input, localizer, job, found);
-  const auto all = pose::trajectoryThrough(T_odom_sensor, found.fixes,
-                                           {found.jumps.begin(), found.jumps.end()});
+  const auto all =
+      pose::trajectoryThrough(T_odom_sensor, found.fixes, {found.jumps.begin(), found.jumps.end()});
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < all.size(); ++i) {
     found.is_found[i] = found.is_found[i] && all[i];

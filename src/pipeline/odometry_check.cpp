@@ -180,13 +180,13 @@ struct OdometryCheck::State {
   explicit State(LabelSet known) : labels(std::move(known)) {}
 
   std::optional<OdometryJump> add(const PreprocessedFrame& frame) {
-    const Look now = lookOf(frame, labels);
+    Look now = lookOf(frame, labels);
     const Points asked = someOf(now.points);
     std::optional<double> off_m;
     if (added > 0) off_m = offSinceLast(now, asked);
     if (!off_m && added > 0) off_m = offSinceAnchor(now, asked);
     if (added == 0 || off_m || !anchor) beginAt(now);
-    before = now;
+    before = std::move(now);
     ++added;
     if (!off_m) return std::nullopt;
     return OdometryJump{added - 1, frame.number, *off_m * frame.size};
