@@ -107,6 +107,23 @@ TEST(OdometryCheck, WhatIsReportedIsThePoseOfTheLastFrame) {
   EXPECT_GE(accepted, 1) << "twenty frames are enough";
 }
 
+TEST(OdometryCheck, ThePoseMustFitTheLastFrameByItself) {
+  const auto frames = jumpingFrames(kLast - 1, kMove), moved = jumpingFrames(0, kMove);
+  const Localizer localizer(simulatedDrive().map, {});
+  Options believed;
+  believed.odometry.check = false;
+  Query query = queryOf(frames, kFirst, kLast, believed);
+  ASSERT_TRUE(localizer.localize(query).accepted()) << "most of its frames lie in one place";
+  query.newest = queryOf(moved, kLast - 4, kLast).newest;
+  ASSERT_NE(query.newest, nullptr);
+  const Localization fix = localizer.localize(query);
+  EXPECT_FALSE(fix.accepted()) << fix.reason;
+  EXPECT_EQ(fix.reason_code, ReasonCode::odometry_jump) << fix.reason;
+  const Query honest = simulatedDrive().query("rear", kFirst, kLast);
+  ASSERT_NE(honest.newest, nullptr);
+  EXPECT_TRUE(localizer.localize(honest).accepted());
+}
+
 TEST(OdometryCheck, ATrackForgetsWhatWasBeforeTheJump) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, {});
