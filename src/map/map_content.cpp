@@ -2,13 +2,17 @@
 // What stands in each table of a map, for writing and for reading.
 #include "map_tables.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 #include "packed_cloud.h"
 #include "packed_vertices.h"
@@ -183,11 +187,13 @@ void forEachNumber(Map& map, Visit&& visit) {
 /// In the text of wrong places: what was not asked.
 constexpr const char* kNotAsked = "-";
 
-/// Two numbers each, excess and missing, with blanks between them.
-std::string textOf(const std::vector<WrongPlace>& wrong_places) {
+/// Two numbers of each wrong place, with blanks between them.
+std::string textOf(const std::vector<WrongPlace>& wrong_places,
+                   std::optional<double> WrongPlace::*first,
+                   std::optional<double> WrongPlace::*second) {
   std::string all;
   for (const WrongPlace& place : wrong_places) {
-    for (const std::optional<double>& value : {place.above_null, place.miss_ratio})
+    for (const std::optional<double>& value : {place.*first, place.*second})
       all += (value ? numberText(*value) : kNotAsked) + ' ';
   }
   return all;
@@ -222,25 +228,28 @@ bool storesEdges(const SemanticGraph& graph) { return graph.edge_radius_m == 0; 
 
 /// `stored_points`: of the cloud, which is thinned on its way into the file.
 Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
-  Meta meta{{"graph_space", toString(map.graph.space)},
-            {"program_version", XVIEW_VERSION},
-            {"label_set", map.labels.name()},
-            {"options", map.options_yaml},
-            {"wrong_places", textOf(map.wrong_places)},
-            {"own_stretches", textOf(map.own_stretches)},
-            {"null", textOf(map.null)},
-            {"size", sizeText(map.size)},
-            {"vertices", std::to_string(vertexCount(map))},
-            {"edges", std::to_string(storesEdges(map.graph) ? map.graph.edgeCount() : 0)},
-            {"edge_radius_m", numberText(map.graph.edge_radius_m)},
-            {"noise", textOf(map.noise)},
-            {"keyframes", std::to_string(map.poses.size())},
-            {"cloud_points", std::to_string(stored_points)},
-            {"plan_samples", std::to_string(map.stored_view ? map.stored_view->sampleCount()
-                                                            : map.bev.sampleCount())},
-            {"plan_view", std::to_string(fingerprintOfView(map))},
-            {"plan_channels", channelNames()},
-            {"plan_aerial", map.bev.aerial ? "1" : "0"}};
+  Meta meta{
+      {"graph_space", toString(map.graph.space)},
+      {"program_version", XVIEW_VERSION},
+      {"label_set", map.labels.name()},
+      {"options", map.options_yaml},
+      {"wrong_places", textOf(map.wrong_places, &WrongPlace::above_null, &WrongPlace::miss_ratio)},
+      {"wrong_margins",
+       textOf(map.wrong_places, &WrongPlace::dense_margin, &WrongPlace::likelihood_margin)},
+      {"own_stretches", textOf(map.own_stretches)},
+      {"null", textOf(map.null)},
+      {"size", sizeText(map.size)},
+      {"vertices", std::to_string(vertexCount(map))},
+      {"edges", std::to_string(storesEdges(map.graph) ? map.graph.edgeCount() : 0)},
+      {"edge_radius_m", numberText(map.graph.edge_radius_m)},
+      {"noise", textOf(map.noise)},
+      {"keyframes", std::to_string(map.poses.size())},
+      {"cloud_points", std::to_string(stored_points)},
+      {"plan_samples",
+       std::to_string(map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount())},
+      {"plan_view", std::to_string(fingerprintOfView(map))},
+      {"plan_channels", channelNames()},
+      {"plan_aerial", map.bev.aerial ? "1" : "0"}};
   forEachNumber(map, [&](const char* name, double value) { meta[name] = numberText(value); });
   return meta;
 }
@@ -278,22 +287,37 @@ double sizeIn(const Meta& meta) {
   }
 }
 
-/// None in files of older programs.
-std::vector<WrongPlace> wrongPlacesIn(const Meta& meta) {
-  std::vector<WrongPlace> all;
-  const auto found = meta.find("wrong_places");
+/// The pairs of textOf; none in files of older programs.
+std::vector<std::array<std::optional<double>, 2>> pairsIn(const Meta& meta, const std::string& name,
+                                                          double most) {
+  std::vector<std::array<std::optional<double>, 2>> all;
+  const auto found = meta.find(name);
   if (found == meta.end()) return all;
   std::istringstream words(found->second);
-  const auto value = [](const std::string& word) -> std::optional<double> {
+  const auto value = [&](const std::string& word) -> std::optional<double> {
     if (word == kNotAsked) return std::nullopt;
     const auto number = numberFrom<double>(word);
-    if (number && std::abs(*number) <= 1) return number;
-    throw Damage("meta: wrong_places has no number in [-1, 1]: " + word);
+    if (number && std::abs(*number) <= most) return number;
+    throw Damage(fmt::format("meta: {} has no number in [-{}, {}]: {}", name, most, most, word));
   };
-  for (std::string excess, missing; words >> excess;) {
-    if (!(words >> missing)) throw Damage("meta: wrong_places are no pairs");
-    all.push_back({value(excess), value(missing)});
+  for (std::string first, second; words >> first;) {
+    if (!(words >> second)) throw Damage("meta: " + name + " are no pairs");
+    all.push_back({value(first), value(second)});
   }
+  return all;
+}
+
+std::vector<WrongPlace> wrongPlacesIn(const Meta& meta) {
+  constexpr double kMostMargin = 1e9;
+  std::vector<WrongPlace> all;
+  for (const auto& [above_null, miss_ratio] : pairsIn(meta, "wrong_places", 1))
+    all.push_back({above_null, miss_ratio, {}, {}});
+  const auto margins = pairsIn(meta, "wrong_margins", kMostMargin);
+  if (!margins.empty() && margins.size() != all.size())
+    throw Damage("meta: wrong_margins are not as many as wrong_places");
+  for (std::size_t i = 0; i < margins.size(); ++i)
+    std::tie(all[i].dense_margin, all[i].likelihood_margin) =
+        std::tie(margins[i][0], margins[i][1]);
   return all;
 }
 

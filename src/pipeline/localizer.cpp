@@ -552,6 +552,20 @@ verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
           place.of_surfaces,  {}};
 }
 
+namespace {
+
+/// Places of the search that the registration brings together are one place.
+bool leadToOnePose(const RefinedPose& a, const RefinedPose& b) {
+  constexpr double kOnePose_m = 0.5, kOnePose_rad = 0.05;
+  if (!a.dense.converged || !b.dense.converged || a.T_map_sensor.empty() || b.T_map_sensor.empty())
+    return false;
+  const Eigen::Isometry3d &here = a.T_map_sensor.back(), &there = b.T_map_sensor.back();
+  return (here.translation() - there.translation()).norm() < kOnePose_m &&
+         rotationBetween(here, there) < kOnePose_rad;
+}
+
+}  // namespace
+
 verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& registered) {
   verify::Evidence e;
   const std::vector<search::PlaceHypothesis>& places = found.places;
@@ -566,8 +580,10 @@ verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& reg
       registered.places.empty() ? evidenceOf(places[0]) : registeredAt(0);
   e.runner_up = std::max(found.second_best_score, scoreOf(1));
   e.third = std::max(std::min(found.second_best_score, scoreOf(1)), scoreOf(2));
-  for (std::size_t i = 1; i < registered.places.size(); ++i)
-    e.alternatives.push_back(registeredAt(i));
+  for (std::size_t i = 1; i < registered.places.size(); ++i) {
+    if (!leadToOnePose(registered.places[0], registered.places[i]))
+      e.alternatives.push_back(registeredAt(i));
+  }
   e.best_unverified = std::max(found.second_best_score,
                                scoreOf(std::max<std::size_t>(1, registered.places.size())));
   if (!registered.places.empty() && registered.places[0].dense.converged)

@@ -69,6 +69,7 @@ class Sight {
 /// What a frame has seen, relative to its sensor, along the axes of the odometry.
 struct Look {
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
+  std::int64_t number = 0;  ///< of the frame
   Points points;
   Sight sight;
   bool aerial = false;
@@ -78,6 +79,7 @@ struct Look {
 Look lookOf(const PreprocessedFrame& frame, const LabelSet& labels) {
   Look look;
   look.T_odom_sensor = frame.T_odom_sensor;
+  look.number = frame.number;
   look.aerial = frame.aerial;
   const auto sensor = (frame.T_odom_sensor.translation() - frame.cloud.origin).cast<float>().eval();
   const auto reach = static_cast<float>(frame.aerial ? INFINITY : kReach_m);
@@ -196,21 +198,24 @@ struct OdometryCheck::State {
   /// usual one, if it is unusual and leaves much less in place.
   std::optional<double> offSinceLast(const Look& now, const Points& asked) {
     const Eigen::Isometry3d step = stepBetween(before, now);
+    // Where frames between are missing, a step that is longer than others is none to wonder at.
+    const bool is_whole = !last_count || now.number - before.number <= *last_count;
     InPlace in_place{0, NAN};
     if (tell(before, now, asked)) {
       std::vector<Eigen::Isometry3d> others{Eigen::Isometry3d::Identity()};
       if (last_step) others.push_back(*last_step);
       if (last_move) others.push_back(*last_move);
       if (const auto off_m = offBy(before, now, asked, others, false, in_place)) return off_m;
-      if (isUnusual(step) && usual_in_place.size() >= kFewestSteps &&
+      if (is_whole && isUnusual(step) && usual_in_place.size() >= kFewestSteps &&
           in_place.of_overlap < kMuchLess * usual(usual_in_place))
         return distanceBetween(step, *last_step);
       if (std::isfinite(in_place.of_overlap)) usual_in_place.push_back(in_place.of_overlap);
       if (usual_in_place.size() > kUsualSteps) usual_in_place.pop_front();
     }
-    if (!std::isfinite(in_place.of_overlap) && isWild(step))
+    if (is_whole && !std::isfinite(in_place.of_overlap) && isWild(step))
       return distanceBetween(step, *last_step);
     last_step = step;
+    last_count = now.number - before.number;
     steps_m.push_back(step.translation().norm());
     if (steps_m.size() > kUsualSteps) steps_m.pop_front();
     if (step.translation().norm() >= kLeastMove_m) last_move = step;
@@ -292,8 +297,9 @@ struct OdometryCheck::State {
   Look before;
   std::size_t added = 0;
   std::optional<Eigen::Isometry3d> last_step, last_move;  ///< that the scans did not contradict
-  std::deque<double> steps_m;                             ///< their lengths
-  std::deque<double> usual_in_place;                      ///< of the overlap
+  std::optional<std::int64_t> last_count;  ///< frame numbers from one to the next there
+  std::deque<double> steps_m;              ///< their lengths
+  std::deque<double> usual_in_place;       ///< of the overlap
   std::optional<Look> anchor;
   std::optional<Eigen::Isometry3d> move_at_anchor;
   Eigen::Isometry3d moved_on = Eigen::Isometry3d::Identity();  ///< since then, at that pace

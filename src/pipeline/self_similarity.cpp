@@ -6,6 +6,7 @@
 #include <map>
 
 #include "pipeline/gravity.h"
+#include "pipeline/localizer_index.h"
 #include "pipeline/pose_refinement.h"
 #include "pipeline/query_in_map.h"
 #include "xview/pose/distribution_map.h"
@@ -31,7 +32,8 @@ constexpr double kFullLength = 0.8;      ///< a stretch that is shorter than thi
 constexpr double kLeftForOthers = 3;     ///< as is one of a recording shorter than this many of it
 constexpr double kSeenAgainShare = 0.6;  ///< of the samples that a second visit sees again
 constexpr double kMostPoints = 10000;    ///< of a stretch
-constexpr int kQuickPoints = 1000;       ///< of them that are registered
+constexpr std::size_t kRegisteredPlaces = 3;  ///< wrong places of a stretch, at most
+constexpr int kQuickPoints = 1000;            ///< of them that are registered
 constexpr double kOdometryError = 0.01;
 constexpr double kReach = 0.8;  ///< share of the samples that are nearer to the path
 constexpr double kNearest_m = 3, kFarthest_m = 25;  ///< limits of that reach
@@ -313,16 +315,54 @@ class SelfSearch {
     }
   }
 
-  /// Inlier ratio of the points above that by chance, registered as one rigid piece; 0 if the
-  /// registration does not converge.
-  double aboveNullAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around) const {
+  /// What speaks for the likeliest of the wrong places, best first, that was registered.
+  WrongPlace wrongPlaceOf(const search::FieldQuery& query,
+                          const std::vector<search::PlaceHypothesis>& wrong,
+                          const Neighbourhood& around) const {
+    std::vector<verify::PlaceEvidence> places;
+    for (const search::PlaceHypothesis& h : wrong) {
+      if (places.size() == kRegisteredPlaces || h.score() < verify::kAboutAsWell * wrong[0].score())
+        break;
+      places.push_back(evidenceOf(h));
+      DenseEvidence& dense = places.back().dense;
+      static_cast<Visibility&>(dense) = query.visibility(h.T_map_query);
+      if (distributions_) registerAt(h.T_map_query, around, dense);
+    }
+    WrongPlace result;
+    if (distributions_)
+      result.above_null = places[0].dense.inlier_ratio - places[0].dense.null_inlier_ratio;
+    result.miss_ratio = places[0].dense.miss_ratio;
+    const auto likeliest = std::max_element(places.begin(), places.end(), [&](auto& a, auto& b) {
+      return verify::denseScore(a, places[0].dense) < verify::denseScore(b, places[0].dense);
+    });
+    verify::Evidence e;
+    static_cast<verify::PlaceEvidence&>(e) = *likeliest;
+    e.runner_up = likeliest != places.begin() ? wrong[0].score()
+                  : wrong.size() > 1          ? wrong[1].score()
+                                              : 0;
+    if (wrong.size() > places.size()) e.best_unverified = wrong[places.size()].score();
+    for (auto other = places.begin(); other != places.end(); ++other) {
+      if (other != likeliest) e.alternatives.push_back(*other);
+    }
+    const Statistics s = verify::statisticsOf(e);
+    if (s.dense.registered()) result.dense_margin = s.dense_margin;
+    result.likelihood_margin = s.likelihood_margin;
+    return result;
+  }
+
+  /// Registers the points there as one rigid piece.
+  void registerAt(const Eigen::Isometry3d& T_map_query, const Neighbourhood& around,
+                  DenseEvidence& dense) const {
     pose::RefineOptions quick = options_.refine;
     quick.model.max_points = kQuickPoints;
     quick.model.start_reach_m = quick.model.drift_share = 0;
     const pose::Refinement fit = pose::refine(*distributions_, {around.cloud, around.poses},
                                               map_.labels, T_map_query, quick);
-    return fit.converged && fit.agreement ? fit.agreement->found - fit.agreement->null_inlier_ratio
-                                          : 0;
+    dense.of = DenseEvidence::Of::points;
+    dense.converged = fit.converged && fit.agreement;
+    if (!dense.converged) return;
+    dense.inlier_ratio = fit.agreement->found;
+    dense.null_inlier_ratio = fit.agreement->null_inlier_ratio;
   }
 
   bool cutGraph(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
@@ -348,21 +388,17 @@ class SelfSearch {
     // A copy of the map agrees with it better than any second visit does.
     const bool is_known = truth.expected > 0;
     result.self = is_known ? std::min(truth.score(), truth.expected) : truth.score();
+    std::vector<search::PlaceHypothesis> wrong;
     for (const search::PlaceHypothesis& h : found.places) {
-      if (samePlace(h.centre, truth.centre)) continue;
-      // No more than that does another place, be it a copy.
-      const double score = std::min(h.score(), result.self);
-      if (!result.second_best) {
-        result.wrong = score;
-        result.second_best = h.T_map_query.translation();
-        if (distributions_) result.at_second_best.above_null = aboveNullAt(h.T_map_query, around);
-        if (ask_second_best_)
-          result.at_second_best.miss_ratio = query.visibility(h.T_map_query).miss_ratio;
-        continue;
-      }
-      result.next_wrong = score;
-      break;
+      if (!samePlace(h.centre, truth.centre)) wrong.push_back(h);
     }
+    // No more than that does another place, be it a copy.
+    if (!wrong.empty()) {
+      result.wrong = std::min(wrong[0].score(), result.self);
+      result.second_best = wrong[0].T_map_query.translation();
+      if (ask_second_best_) result.at_second_best = wrongPlaceOf(query, wrong, around);
+    }
+    if (wrong.size() > 1) result.next_wrong = std::min(wrong[1].score(), result.self);
     verify::Evidence e;
     e.score = result.self;
     e.runner_up = result.wrong;
