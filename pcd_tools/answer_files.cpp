@@ -46,14 +46,6 @@ std::vector<SceneMark> marksOf(const Explanation& explanation) {
   return marks;
 }
 
-/// How far the second fix is from where odometry leads from the first.
-double offBetween(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
-                  const std::vector<Eigen::Isometry3d>& T_odom_sensor) {
-  const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
-  const Eigen::Vector3d expected = a.T_map_sensor * (a.scale * T_a_b.translation());
-  return (b.T_map_sensor.translation() - expected).norm();
-}
-
 /// More than odometry can drift from one fix to the next: somebody carried the robot.
 bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
                const std::vector<Eigen::Isometry3d>& T_odom_sensor, const Job& job) {
@@ -71,7 +63,7 @@ bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
                                    b.covariance.topLeftCorner<3, 3>().trace());
   const double heading_rad = std::sqrt(std::max(0.0, a.covariance(5, 5))) * kSigmas +
                              odometry.drift_deg_per_m * M_PI / 180 * way_m;
-  return offBetween(a, b, T_odom_sensor) >
+  return pose::offBetween(a, b, T_odom_sensor) >
          kLeast_m * parseSize(job.options.size).value_or(kTownScale) + kSigmas * sigma_m +
              (odometry.drift + heading_rad) * way_m;
 }
@@ -89,7 +81,7 @@ double reachOfOdometry(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
     const double between_m = way_m[b.index] - way_m[a.index];
     if (between_m < kLeastWay_m * size) continue;
     rate = std::max(rate.value_or(job.options.odometry.drift),
-                    offBetween(a, b, T_odom_sensor) / between_m);
+                    pose::offBetween(a, b, T_odom_sensor) / between_m);
   }
   return kMostError_m * size / std::max(1e-3, rate.value_or(kUnknownRate));
 }

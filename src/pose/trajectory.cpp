@@ -34,6 +34,13 @@ TrajectoryFix fixOf(const Localization& answer, std::size_t index) {
           answer.trajectory};
 }
 
+double offBetween(const TrajectoryFix& a, const TrajectoryFix& b,
+                  const std::vector<Eigen::Isometry3d>& T_odom_sensor) {
+  const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
+  const Eigen::Vector3d expected = a.T_map_sensor * (a.scale * T_a_b.translation());
+  return (b.T_map_sensor.translation() - expected).norm();
+}
+
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes) {
   const std::vector<double> way = pathLengths(T_odom_sensor);

@@ -27,6 +27,10 @@ struct TrajectoryFix {
 /// What an answer says of the frame of the recording that was the last one of its query.
 TrajectoryFix fixOf(const Localization& answer, std::size_t index);
 
+/// How far the second fix is from where the odometry leads from the first [m].
+double offBetween(const TrajectoryFix& a, const TrajectoryFix& b,
+                  const std::vector<Eigen::Isometry3d>& T_odom_sensor);
+
 /// All poses of a recording in the map frame, T_map_sensor. Frames that were found together lie as
 /// they were found; between two fixes what they say of a frame is weighed by its distance along the
 /// way, before the first and after the last one odometry goes on from there. Fixes are in the order
