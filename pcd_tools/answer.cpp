@@ -229,6 +229,8 @@ Answer answerFrom(const std::string& line) {
                                  ? transformFrom(json, answer.fix.scale)
                                  : answer.fix.T_map_sensor;  // as if its odometry began there
   }
+  if (json.contains("right")) answer.right = json.at("right").get<bool>();
+  answer.make = json.value("make", "");
   if (const auto s = json.find("statistics"); s != json.end()) {
     answer.whole_statistics = true;
     forEachStatistic(answer.fix.statistics, [&](StatisticName name, auto& value, Written written) {

@@ -30,6 +30,8 @@ struct Answer {
   std::string budget_exhausted;  ///< Budget::exhausted()
   Localization fix;
   bool whole_statistics = false;           ///< read from a file that has all those of today
+  std::optional<bool> right;               ///< as a file with checked answers says
+  std::string make;                        ///< of world and sensor, as such a file says
   std::optional<SequenceAnswer> sequence;  ///< with --sequence
   std::optional<TrackAnswer> track;        ///< with --track
 };

@@ -24,23 +24,26 @@ namespace {
 class LearnCommand final : public Command {
  public:
   Description describe() const override {
-    return {"learn",
-            "RECORDING... MAP OUT.txt",
-            "learn the likelihoods of the place search, or the verdict, from known poses",
-            "Counts how far what a RECORDING saw lies from the same class in the MAP, at its true "
-            "poses and at wrong ones.\n"
-            "True poses (sensor in the map frame, TUM or KITTI) are in groundtruth.txt or "
-            "truth.txt of the RECORDING. The\n"
-            "map must be of another drive. Use the result with --places.likelihoods OUT.txt.\n"
-            "--verdict RESULTS.jsonl... OUT.txt fits the confidence to answers of xview localize "
-            "--json about recordings "
-            "with such a file, or\n"
-            "graphs with GRAPH.truth.txt (T_map_query), and out-of-map ones. Use the result with "
-            "--verdict.model OUT.txt.",
-            "xview learn town/rear town/aerial town.xvm town.txt",
-            2,
-            100000,
-            true};
+    return {
+        "learn",
+        "RECORDING... MAP OUT.txt",
+        "learn the likelihoods of the place search, or the verdict, from known poses",
+        "Counts how far what a RECORDING saw lies from the same class in the MAP, at its true "
+        "poses and at wrong ones.\n"
+        "True poses (sensor in the map frame, TUM or KITTI) are in groundtruth.txt or "
+        "truth.txt of the RECORDING. The\n"
+        "map must be of another drive. Use the result with --places.likelihoods OUT.txt.\n"
+        "--verdict RESULTS.jsonl... OUT.txt fits the confidence to answers of xview localize "
+        "--json about recordings "
+        "with such a file, or\n"
+        "graphs with GRAPH.truth.txt (T_map_query), and out-of-map ones; an answer may say itself "
+        "whether it is \"right\", and of which\n"
+        "\"make\" its world and sensor are: weights are judged on makes that did not set them. "
+        "Use the result with --verdict.model OUT.txt.",
+        "xview learn town/rear town/aerial town.xvm town.txt",
+        2,
+        100000,
+        true};
   }
 
   void declare(Flags& flags) override {
@@ -90,6 +93,7 @@ class LearnCommand final : public Command {
     AtomicFile out(job.operands.back());
     Truths truths;
     std::vector<verify::JudgedStatistics> judged;
+    std::map<std::string, std::size_t> makes;
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
       for (const Answer& answer : readAnswers(job.operands[i])) {
         if (answer.fix.hypotheses.empty()) continue;
@@ -97,9 +101,12 @@ class LearnCommand final : public Command {
           throw Error(job.operands[i],
                       "its answers lack some of what a verdict is made of, as those of older "
                       "programs do; localize again");
-        const double error_m = truths.errorOf(answer);
+        const double error_m =
+            answer.right ? (*answer.right ? 0 : INFINITY) : truths.errorOf(answer);
         if (error_m > right_m_ && error_m <= wrong_m_) continue;
-        judged.push_back({answer.fix.statistics, error_m <= right_m_, i});
+        const std::string& make = answer.make.empty() ? job.operands[i] : answer.make;
+        const std::size_t group = makes.try_emplace(make, makes.size()).first->second;
+        judged.push_back({answer.fix.statistics, error_m <= right_m_, group});
       }
     }
     const auto rights = std::count_if(judged.begin(), judged.end(),

@@ -79,45 +79,19 @@ double aboveNullOf(double above_null, const std::optional<double>& map_overlap,
          kSelfConsistencyThreshold;
 }
 
-/// Inlier ratio above null over that of wrong places of the map at hand, above its threshold: how
-/// closely other rooms fit depends on furniture, labels and sensor, as the right one does. Where
-/// depths and labels are exact, twice that of wrong places would be more than a right place can
-/// have.
-double aboveWrongPlaces(const Statistics& s) {
-  constexpr double kThreshold = 2, kMostOfWrongPlaces = 0.25;
-  const double of_wrong_places =
-      std::clamp(s.wrong_place_above_null, kUsualWrongPlaceAboveNull, kMostOfWrongPlaces);
-  return (s.dense.inlier_ratio - s.dense.null_inlier_ratio) / of_wrong_places - kThreshold;
-}
-
-/// In the measure that judges the evidence at hand; but for rooms 0 if the registration did not
-/// converge.
-double aboveNullOf(const Statistics& s) {
-  const DenseEvidence& dense = s.dense;
-  if (kindOf(s) == kRooms) return aboveWrongPlaces(s);
-  return dense.converged ? aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
-                                       dense.map_overlap, dense.self_consistency)
-                         : 0;
+/// More of the obstacles lie on their like than where a place is as likely wrong.
+bool fitsClosely(const DenseEvidence& dense) {
+  return !dense.converged || aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
+                                         dense.map_overlap, dense.self_consistency) >= 0;
 }
 
 /// Free-space violation that is equally frequent at right and at wrong places.
-constexpr double kViolationThreshold = 0.1;
+constexpr double kViolationThreshold = 0.1, kViolationNoise = 0.03;
+/// Of what is between right and wrong places: of answers whose evidence lacks it.
+constexpr double kUsualMapOverlap = 0.35, kUsualViolation = 0.18;
 double freeSpaceTerm(double free_space_violation, double even = kViolationThreshold) {
-  constexpr double kNoise = 0.03;
-  return -std::log((free_space_violation + kNoise) / even);
+  return -std::log((free_space_violation + kViolationNoise) / even);
 }
-
-/// How far conflicts, of query or of map, lie below those of a place that is as likely wrong.
-double conflictTerm(const std::optional<double>& ratio) {
-  return ratio ? kConflictThreshold - *ratio : 0;
-}
-
-double obstacleOverlapTerm(const DenseEvidence& dense) {
-  constexpr double kThreshold = 0.8;
-  return dense.obstacle_overlap ? *dense.obstacle_overlap - kThreshold : 0;
-}
-
-double logDenseMarginTerm(double margin) { return std::log(margin - kLeastDenseMargin + 1); }
 
 /// Part of a dense score that is due to the score of the place.
 double logScoreTerm(double score) {
@@ -138,10 +112,6 @@ double denseMarginOf(const Evidence& e) {
 
 double oddsOf(const Statistics& s, const VerdictModel& model) {
   return model.weightsFor(s).logOdds(termsOf(s));
-}
-
-double oddsOfTerm(const Statistics& s, const VerdictModel& model, Term term) {
-  return termsOf(s)[term] * model.weightsFor(s)[term];
 }
 
 /// Of the place by itself, as if nothing had been registered.
@@ -200,6 +170,9 @@ double confidenceOf(double odds, const Statistics& s) {
              : std::min(confidence, 0.5);  // one of two at best
 }
 
+/// Medians of terms over right answers, to which a reason compares.
+constexpr std::array<double, kTerms> kOfRightAnswers{1, 3.9, 1.4, 0.1, -0.1, 0, 0};
+
 const std::string kUnconverged =
     "the best place does not hold: the registration does not converge there";
 
@@ -235,38 +208,60 @@ class Reason {
               "the place fits, but the position there is open by metres"};
     if (s_.dense.registered() && !s_.dense.converged)
       return {ReasonCode::not_converged, kUnconverged};
-    const double in_query = worseOf(kMapOverlap, kMissRatio),
-                 in_map = worseOf(kObstacleOverlap, kConflictRatio);
-    if (std::min(in_query, in_map) < -1) {
-      const bool of_query = in_query < in_map;
-      return {ReasonCode::contradicted,
-              fmt::format("the best place does not hold: the {} does not show obstacles that the "
-                          "{} has there",
-                          of_query ? "query" : "map", of_query ? "map" : "query")};
+    if (!s_.dense.registered()) return {ReasonCode::too_short, ofMargin()};
+    switch (decidingTerm()) {
+      case kInlierRatio:
+        return {ReasonCode::contradicted,
+                fmt::format("the best place does not hold: the inlier ratio of obstacles is only "
+                            "{:.0f} % ({:.0f} % some metres off)",
+                            100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio)};
+      case kOverlap:
+        return {ReasonCode::contradicted,
+                fmt::format("the best place does not hold: the {} does not show obstacles that the "
+                            "{} has there",
+                            showsLess() ? "query" : "map", showsLess() ? "map" : "query")};
+      case kFreeSpace:
+        return {ReasonCode::contradicted,
+                "the best place does not hold: the query saw through what stands there in the map"};
+      case kMapCoverage:
+        return {ReasonCode::out_of_map,
+                fmt::format("the best place does not hold: only {:.0f} % of the query lies where "
+                            "the map was seen, where out-of-map queries fit as well",
+                            100 * s_.map_coverage)};
+      default:
+        return {ReasonCode::too_short, ofMargin()};
     }
-    if (oddsOfTerm(s_, model_, kFreeSpaceViolation) < -1)
-      return {ReasonCode::contradicted,
-              "the best place does not hold: the query saw through what stands there in the map"};
-    if (aboveNullOf(s_) < 0)
-      return {ReasonCode::contradicted,
-              fmt::format("the best place does not hold: the inlier ratio of obstacles is only "
-                          "{:.0f} % ({:.0f} % some metres off)",
-                          100 * s_.dense.inlier_ratio, 100 * s_.dense.null_inlier_ratio)};
-    if (s_.dense.registered() ? s_.dense_margin < kClearDenseMargin : s_.likelihood_margin <= 0)
-      return {ReasonCode::too_short, "no place stands out: another one fits as well"};
-    if (oddsOfTerm(s_, model_, kMapCoverage) < -2)
-      return {ReasonCode::out_of_map,
-              fmt::format("the best place does not hold: only {:.0f} % of the query lies where the "
-                          "map was seen, where out-of-map queries fit as well",
-                          100 * s_.map_coverage)};
-    return {ReasonCode::too_short, "no place stands out: the best only " + howMuchBetter()};
+  }
+
+  std::string ofMargin() const {
+    const bool stands_out =
+        s_.dense.registered() ? s_.dense_margin >= kClearDenseMargin : s_.likelihood_margin > 0;
+    return stands_out ? "no place stands out: the best only " + howMuchBetter()
+                      : "no place stands out: another one fits as well";
+  }
+
+  /// The term that is farthest below what it is of right answers, in log odds.
+  Term decidingTerm() const {
+    const std::array<double, kTerms> terms = termsOf(s_);
+    const EvidenceWeights& weights = model_.weightsFor(s_);
+    Term deciding = kMargin;
+    double most = -INFINITY;
+    for (const Term t : {kMargin, kInlierRatio, kOverlap, kMapCoverage, kFreeSpace}) {
+      const double below = weights[t] * (kOfRightAnswers[t] - terms[t]);
+      if (below <= most) continue;
+      most = below;
+      deciding = t;
+    }
+    return deciding;
+  }
+
+  /// The query shows less of the map than the map shows of the query.
+  bool showsLess() const {
+    const DenseEvidence& dense = s_.dense;
+    return dense.miss_ratio.value_or(0) >= dense.conflict_ratio.value_or(0);
   }
 
   double timesBetter() const { return e_.score / std::max(1.0, e_.runner_up); }
-
-  double worseOf(Term a, Term b) const {
-    return std::min(oddsOfTerm(s_, model_, a), oddsOfTerm(s_, model_, b));
-  }
 
   /// Places of similar bird's-eye view are told apart by their points.
   std::string howMuchBetter() const {
@@ -279,10 +274,8 @@ class Reason {
   /// The likelihood-ratio margin grows with the length of a query.
   std::string whatWouldHelp() const {
     if (e_.travel_m <= 0 || s_.likelihood_margin <= 0) return "";
-    const EvidenceWeights& weights = model_.weightsFor(s_);
-    const double missing =
-        weights.linearPart(odds_needed_) - weights.linearPart(oddsOf(s_, model_));
-    const double per_log_margin = model_.weightsFor(ofPlaceAlone(s_))[kLikelihoodMargin];
+    const double missing = odds_needed_ - oddsOf(s_, model_);
+    const double per_log_margin = model_.bare[kMargin];
     const double times = std::exp(missing / std::max(0.1, per_log_margin)) - 1;
     if (!(times > 0) || times > kLongest) return "";
     return fmt::format("; about {:.0f} m more would tell", std::max(1.0, times * e_.travel_m));
@@ -299,7 +292,7 @@ class Reason {
 bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
                   const VerdictModel& model) {
   if (!e.secondBestIsClose()) return false;
-  const bool fits = judged.score_ratio >= kLikeTrue && aboveNullOf(judged) >= 0;
+  const bool fits = judged.score_ratio >= kLikeTrue && fitsClosely(judged.dense);
   e.runner_up = e.best_unverified = fits ? 0 : e.third;
   e.alternatives.clear();
   Statistics s = statisticsOf(e);
@@ -335,93 +328,35 @@ Statistics statisticsOf(const Evidence& e) {
 }
 
 double EvidenceWeights::logOdds(const std::array<double, kTerms>& terms) const {
-  const double x = std::inner_product(terms.begin(), terms.end(), of.begin(), 0.0);
-  return x + sharpness * std::pow(std::max(0.0, x - knee), 2);
-}
-
-double EvidenceWeights::linearPart(double log_odds) const {
-  const double over = log_odds - knee;
-  if (!(over > 0 && sharpness > 0)) return log_odds;
-  return knee + (std::sqrt(1 + 4 * sharpness * over) - 1) / (2 * sharpness);
-}
-
-EvidenceKind kindOf(const Statistics& s) {
-  const DenseEvidence& dense = s.dense;
-  if (!dense.registered()) return s.of_surfaces ? kPlaceAlone : kBareGraph;
-  if (dense.map_overlap) return dense.aerial ? kAerial : kOverlap;
-  if (dense.indoors) return kRooms;
-  return dense.narrow ? kGlimpse : kScan;
+  return std::inner_product(terms.begin(), terms.end(), of.begin(), 0.0);
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
-  const DenseEvidence& dense = s.dense;
-  const double log_likelihood_margin = std::log(s.likelihood_margin + kNoise_nats);
-  const double dense_margin = std::min(s.dense_margin, kMostDenseMargin);
-  const bool saw = dense.registered() && dense.converged && dense.free_space_violation;
+  /// Beside that of the dense margin; and in nats of views, of which a street has hundreds.
+  constexpr double kWeightOfLikelihood = 0.2, kWeightOfViews = 0.6;
+  constexpr double kInlierNoise = 0.03, kPointsPerSample = 2.5, kWeightOfConflict = 0.5;
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
-  if (dense.registered()) terms[kMapCoverage] = std::log(s.map_coverage);
-  if (!dense.map_overlap && saw)
-    terms[kFreeSpaceViolation] = freeSpaceTerm(*dense.free_space_violation);
-  switch (kindOf(s)) {
-    case kPlaceAlone:
-      // Of a bare graph the score of a true pose is known from the map's own vertices only.
-      terms[kScoreRatio] = std::log(s.score_ratio);
-      [[fallthrough]];
-    case kBareGraph:
-      terms[kLikelihoodMargin] = log_likelihood_margin;
-      break;
-    case kScan:
-      terms[kAboveNull] = aboveNullOf(s);
-      terms[kDenseMargin] = dense_margin;
-      terms[kDenseMarginTimesAboveNull] =
-          std::max(0.0, terms[kAboveNull]) * std::max(0.0, dense_margin);
-      break;
-    case kRooms:
-      // Where other rooms fit as closely, that none scores as well says nothing.
-      terms[kLogDenseMargin] = logDenseMarginTerm(dense_margin);
-      terms[kLikelihoodMarginTimesAboveNull] =
-          log_likelihood_margin * std::max(0.0, aboveWrongPlaces(s));
-      break;
-    case kGlimpse:
-      // A facade and some trees fit another place of the town, or of another town, as closely.
-      terms[kAboveNull] = dense.converged ? dense.inlier_ratio - dense.null_inlier_ratio : 0;
-      terms[kLikelihoodMargin] = log_likelihood_margin;
-      terms[kLogDenseMargin] = logDenseMarginTerm(dense_margin);
-      terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
-      terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
-      terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
-      break;
-    case kOverlap: {
-      // What a true pose scores is known badly where labels are poor; what stands where, and what
-      // is contradicted there, is seen. Free space is asked of exact depths, of which a quarter is
-      // even, and says less.
-      constexpr double kExactViolationThreshold = 0.25, kMostExactViolation = 0.35;
-      terms[kMapOverlap] = *dense.map_overlap;
-      terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
-      terms[kLogDenseMargin] = logDenseMarginTerm(dense_margin);
-      terms[kConverged] = dense.converged;
-      terms[kObstacleOverlap] = obstacleOverlapTerm(dense);
-      terms[kMissRatio] = conflictTerm(dense.miss_ratio);
-      terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
-      if (saw)
-        terms[kFreeSpaceViolation] =
-            std::min(kMostExactViolation,
-                     freeSpaceTerm(*dense.free_space_violation, kExactViolationThreshold));
-      break;
-    }
-    case kAerial: {
-      // Roads and roofs fit closely in another town, too, but do not stand out there.
-      constexpr double kMostMargin_nats = 60;
-      terms[kMapOverlap] = *dense.map_overlap;
-      terms[kConflictRatio] = conflictTerm(dense.conflict_ratio);
-      terms[kAboveNull] = std::min(0.0, aboveNullOf(s));
-      terms[kLikelihoodMargin] = std::min(kMostMargin_nats, s.likelihood_margin) / kMostMargin_nats;
-      break;
-    }
-    case kEvidenceKinds:
-      break;
+  const double log_likelihood_margin = std::log(s.likelihood_margin + kNoise_nats);
+  const DenseEvidence& dense = s.dense;
+  if (!dense.registered()) {
+    terms[kMargin] = (s.of_surfaces ? kWeightOfViews : 1) * log_likelihood_margin;
+    return terms;
   }
+  terms[kMargin] = std::log(std::min(s.dense_margin, kMostDenseMargin) - kLeastDenseMargin + 1) +
+                   kWeightOfLikelihood * log_likelihood_margin;
+  // Samples of views lie less far above null at right places than points do.
+  const double above_null = (dense.of == DenseEvidence::Of::views ? kPointsPerSample : 1) *
+                            (dense.converged ? dense.inlier_ratio - dense.null_inlier_ratio : 0);
+  terms[kInlierRatio] = std::log((std::max(0.0, above_null) + kInlierNoise) /
+                                 (std::max(0.0, s.wrong_place_above_null) + kInlierNoise));
+  terms[kOverlap] = dense.map_overlap.value_or(kUsualMapOverlap) - kUsualMapOverlap;
+  if (dense.conflict_ratio)
+    terms[kOverlap] += kWeightOfConflict * (kConflictThreshold - *dense.conflict_ratio);
+  terms[kMapCoverage] = std::log(s.map_coverage);
+  if (dense.converged && dense.free_space_violation)
+    terms[kFreeSpace] = freeSpaceTerm(*dense.free_space_violation, kUsualViolation);
+  terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
   return terms;
 }
 

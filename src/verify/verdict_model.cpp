@@ -24,39 +24,16 @@ namespace {
 constexpr double kRidge = 1e-3;  ///< of standardised weights, per answer
 constexpr int kNewtonSteps = 50;
 
-constexpr std::array<const char*, kTerms> kTermNames = {
-    "constant",     "agreement",  "lead",        "known",        "excess",       "settled",
-    "standing",     "shown",      "missing",     "contradicted", "seen_through", "margin",
-    "margin_there", "log_margin", "null_excess", "lead_there"};
-
 /// Which way a witness may count: more of it makes an answer likelier (+1), or less likely (-1).
 constexpr int signOf(Term term) { return term == kWrongPlaceAboveNull ? -1 : 1; }
 
 /// Every weight beside its name in files.
 template <class Model, class Visit>
 void forWeights(Model& model, const Visit& visit) {
-  const auto all = [&](const std::string& name, EvidenceKind kind,
-                       std::initializer_list<Term> of_such_evidence) {
-    for (const Term t : of_such_evidence) visit(name + kTermNames[t], model[kind][t]);
-    visit(name + "knee", model[kind].knee);
-    visit(name + "sharpness", model[kind].sharpness);
-  };
-  all("graph.", kBareGraph, {kConstant, kLikelihoodMargin});
-  all("alone.", kPlaceAlone, {kConstant, kScoreRatio, kLikelihoodMargin});
-  all("registered.", kScan,
-      {kConstant, kMapCoverage, kAboveNull, kFreeSpaceViolation, kDenseMargin,
-       kDenseMarginTimesAboveNull});
-  all("rooms.", kRooms,
-      {kConstant, kMapCoverage, kFreeSpaceViolation, kLogDenseMargin,
-       kLikelihoodMarginTimesAboveNull});
-  all("glimpse.", kGlimpse,
-      {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kObstacleOverlap, kConflictRatio,
-       kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
-  all("shown.", kOverlap,
-      {kConstant, kMapCoverage, kConverged, kObstacleOverlap, kMapOverlap, kMissRatio,
-       kConflictRatio, kFreeSpaceViolation, kLogDenseMargin, kWrongPlaceAboveNull});
-  all("air.", kAerial,
-      {kConstant, kLikelihoodMargin, kMapCoverage, kAboveNull, kMapOverlap, kConflictRatio});
+  for (std::size_t t = 0; t < kTerms; ++t)
+    visit(std::string("registered.") + toString(static_cast<Term>(t)), model.registered.of[t]);
+  for (const Term t : {kConstant, kMargin})
+    visit(std::string("bare.") + toString(t), model.bare[t]);
 }
 
 VerdictModel parse(const std::string& text, const std::string& path) {
@@ -182,36 +159,60 @@ std::vector<double> leftOutLogOdds(const std::vector<Sample>& samples,
   return log_odds;
 }
 
-/// The weights of samples whose own group did not set them say too much or too little: their log
-/// odds z become a + b z + c max(0, z - 1)^2, the likeliest such. Where the bend would flatten what
-/// is below it, as where right and wrong answers hardly meet, it is left out. Where hardly a wrong
-/// answer lies above the bend, the likeliest one has no bound, so it gets one: queries shorter than
-/// any of the samples have wrong answers there.
+/// Share of wrong ones among the samples that are at least as sure as the wrong one of each rank
+/// from a few on to a few per cent of all, in log odds, fitted by a line over their log odds z.
+/// Each rank weighs as its number is known.
+struct TailFit {
+  double offset = 0, slope = 1;
+};
+TailFit fitTail(const std::vector<double>& z, const std::vector<Sample>& samples) {
+  constexpr std::size_t kFirst = 3;
+  constexpr double kMostShare = 0.03, kLeastSlope = 0.2, kMostSlope = 1.2;
+  std::vector<double> right, wrong;
+  for (std::size_t i = 0; i < z.size(); ++i) (samples[i].right ? right : wrong).push_back(z[i]);
+  std::sort(right.begin(), right.end());
+  std::sort(wrong.rbegin(), wrong.rend());
+  const auto last =
+      std::max<std::size_t>(kFirst + 2, static_cast<std::size_t>(kMostShare * wrong.size()));
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity() * 1e-9;
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
+  for (std::size_t k = kFirst; k <= std::min(last, wrong.size()); ++k) {
+    const double at = wrong[k - 1];
+    const auto above =
+        static_cast<double>(right.end() - std::lower_bound(right.begin(), right.end(), at));
+    if (above == 0) continue;
+    const double log_odds =
+        std::log(above / right.size()) - std::log(static_cast<double>(k) / wrong.size());
+    const Eigen::Vector2d row(1, at);
+    A += static_cast<double>(k) * row * row.transpose();
+    b += static_cast<double>(k) * log_odds * row;
+  }
+  if (!(A(0, 0) > 1)) return {};
+  const double slope = std::clamp(A.ldlt().solve(b)[1], kLeastSlope, kMostSlope);
+  return {(b[0] - slope * A(0, 1)) / A(0, 0), slope};
+}
+
+/// Weights whose log odds say what share of those answers is wrong that are at least as sure, of
+/// groups that did not set them. Something is held back for makes that no group shows: by so much
+/// the best wrong answers of single groups stand above those of all.
 EvidenceWeights calibrated(const std::array<double, kTerms>& weights,
                            const std::vector<Sample>& samples) {
-  constexpr double kKnee = 1, kLeastSlope = 0.2, kLeastSlopeOfBend = 0.8;
-  constexpr double kRidgeOfCalibration = 1e-3, kMostSharpness = 0.6;
-  constexpr std::ptrdiff_t kFewestWrong = 3;
-  const std::vector<double> z = leftOutLogOdds(samples, weights);
-  Eigen::MatrixXd columns(samples.size(), 3);
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    columns.row(static_cast<Eigen::Index>(i)) << 1, z[i], std::pow(std::max(0.0, z[i] - kKnee), 2);
-  Eigen::VectorXd abc = fitLogistic(columns, samples, kRidgeOfCalibration);
-  if (abc[1] < kLeastSlopeOfBend || abc[2] < 0) {
-    columns.col(2).setZero();
-    abc = fitLogistic(columns, samples, kRidgeOfCalibration);
-  }
-  const double a = abc[0], b = std::max(kLeastSlope, abc[1]);
-  EvidenceWeights result{weights, a + b * kKnee, abc[2] / (b * b)};
-  std::ptrdiff_t wrong_above = 0;
-  for (std::size_t i = 0; i < samples.size(); ++i) wrong_above += z[i] > kKnee && !samples[i].right;
-  if (wrong_above < kFewestWrong) result.sharpness = std::min(kMostSharpness, result.sharpness);
-  for (double& weight : result.of) weight *= b;
-  result[kConstant] += a;
+  constexpr double kHeldBack = 1.7;
+  const TailFit tail = fitTail(leftOutLogOdds(samples, weights), samples);
+  EvidenceWeights result{weights};
+  for (double& weight : result.of) weight *= tail.slope;
+  result[kConstant] += tail.offset - kHeldBack;
   return result;
 }
 
 }  // namespace
+
+const char* toString(Term term) {
+  constexpr std::array<const char*, kTerms> kNames = {
+      "constant",     "margin",     "inlier_ratio",          "overlap",
+      "map_coverage", "free_space", "wrong_place_above_null"};
+  return kNames[term];
+}
 
 std::string toText(const VerdictModel& model) {
   std::string text =
@@ -241,16 +242,16 @@ VerdictModel verdictModelOf(const VerdictOptions& options) {
 
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers) {
   VerdictModel model = defaultVerdictModel();
-  for (std::size_t kind = 0; kind < kEvidenceKinds; ++kind) {
+  for (const bool registered : {false, true}) {
     std::vector<Sample> samples;
     for (const JudgedStatistics& a : answers) {
-      if (kindOf(a.statistics) == kind)
+      if (a.statistics.dense.registered() == registered)
         samples.push_back({termsOf(a.statistics), a.right, a.group});
     }
     if (samples.empty() && !answers.empty()) continue;  // nothing new is known of such answers
     if (!setWeights(samples))
       throw Error("verdict", "needs right and wrong answers of each kind to learn from");
-    model.of_kind[kind] = calibrated(fitTerms(samples), samples);
+    (registered ? model.registered : model.bare) = calibrated(fitTerms(samples), samples);
   }
   return model;
 }

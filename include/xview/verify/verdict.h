@@ -13,7 +13,7 @@
 namespace xview::verify {
 
 struct VerdictOptions {
-  /// An answer is accepted if this share of answers with the same evidence is right.
+  /// An answer is accepted if this share of answers that are at least as sure is right.
   double min_confidence = 0.99;
   double min_known_share = 0.15;  ///< share of the query that must lie where the map was seen
   std::string model;  ///< file of xview learn --verdict; empty = what the program comes with
@@ -72,72 +72,43 @@ struct Evidence : PlaceEvidence {
 Statistics statisticsOf(const Evidence& evidence);
 
 /// Terms in which the log odds of right against wrong are linear, if every other query is out of
-/// the map.
+/// the map. More of each makes an answer likelier, but for kWrongPlaceAboveNull. What was not
+/// measured is as usual.
 enum Term : std::size_t {
   kConstant,
-  kScoreRatio,          ///< logarithm of Statistics::score_ratio
-  kLikelihoodMargin,    ///< logarithm of Statistics::likelihood_margin; from the air the margin
-                        ///< itself, as a share of 60 nats
-  kMapCoverage,         ///< logarithm of Statistics::map_coverage: out-of-map queries fit
-                        ///< best where they hang over the edge of the map
-  kAboveNull,           ///< inlier ratio above null and threshold, as a share of the
-                        ///< self-consistency where that is set; of a narrow view above null
-                        ///< only, from the air 0 at most; 0 without convergence
-  kConverged,           ///< 1 if the registration converged near the place
-  kObstacleOverlap,     ///< Visibility::obstacle_overlap above its threshold
-  kMapOverlap,          ///< Visibility::map_overlap
-  kMissRatio,           ///< Visibility::miss_ratio below its threshold
-  kConflictRatio,       ///< Visibility::conflict_ratio below its threshold
-  kFreeSpaceViolation,  ///< negative logarithm of DenseEvidence::free_space_violation
-  kDenseMargin,         ///< Statistics::dense_margin
-  kDenseMarginTimesAboveNull,  ///< product of both where both are positive
-  kLogDenseMargin,             ///< logarithm of the dense margin: an out-of-map query may fit one
-                               ///< place of the map only, too
-  kWrongPlaceAboveNull,        ///< Statistics::wrong_place_above_null over that of a usual map
-  kLikelihoodMarginTimesAboveNull,  ///< in rooms: logarithm of the likelihood margin times the
-                                    ///< inlier ratio above null and threshold, as a multiple of
-                                    ///< Statistics::wrong_place_above_null, where that is positive
+  kMargin,       ///< logarithms of the margins over the other places of the query, its null sample
+  kInlierRatio,  ///< logarithm of the inlier ratio above null over that of wrong places of the map
+  kOverlap,      ///< overlap of query and map, both ways, over the usual one
+  kMapCoverage,  ///< logarithm of Statistics::map_coverage: out-of-map queries fit best where they
+                 ///< hang over the edge of the map
+  kFreeSpace,    ///< negative logarithm of the free-space violation over the usual one
+  kWrongPlaceAboveNull,  ///< Statistics::wrong_place_above_null over that of a usual map: where
+                         ///< wrong places fit closely, all evidence says less
   kTerms
 };
 
-/// Log odds x = weights . terms, and x + sharpness * max(0, x - knee)^2 above the knee: where all
-/// terms agree, right answers are more frequent than a sum of dependent terms says.
+/// The name of a term in files of models.
+const char* toString(Term term);
+
+/// Weights of terms, each with its sign; a term that does not count weighs 0.
 struct EvidenceWeights {
   std::array<double, kTerms> of{};
-  double knee = 0, sharpness = 0;
 
   double& operator[](Term term) { return of[term]; }
   double operator[](Term term) const { return of[term]; }
   double logOdds(const std::array<double, kTerms>& terms) const;
-  /// The x of which these are the log odds.
-  double linearPart(double log_odds) const;
 };
 
-/// What an answer can be judged by, each with weights of its own.
-enum EvidenceKind : std::size_t {
-  kBareGraph,   ///< the score of vertices
-  kPlaceAlone,  ///< the score of surfaces
-  kScan,        ///< a registration as well
-  kRooms,       ///< that of a camera in rooms
-  kGlimpse,     ///< that of a few frames of a camera outdoors
-  kOverlap,     ///< the overlap of map and query as well
-  kAerial,      ///< the same from the air
-  kEvidenceKinds
-};
-
-EvidenceKind kindOf(const Statistics& statistics);
-
-/// The weights of each kind, fitted together because terms depend on one another. Terms that a kind
-/// of evidence lacks weigh 0.
+/// One set for all that was registered: points or views, from the ground, in rooms or from the air;
+/// one for the place by itself: bare graphs, and answers of views before their registration.
 struct VerdictModel {
-  std::array<EvidenceWeights, kEvidenceKinds> of_kind;
+  EvidenceWeights registered, bare;
 
-  EvidenceWeights& operator[](EvidenceKind kind) { return of_kind[kind]; }
-  const EvidenceWeights& operator[](EvidenceKind kind) const { return of_kind[kind]; }
-  const EvidenceWeights& weightsFor(const Statistics& s) const { return of_kind[kindOf(s)]; }
+  const EvidenceWeights& weightsFor(const Statistics& s) const {
+    return s.dense.registered() ? registered : bare;
+  }
 };
 
-/// A term is 0 where its evidence was not measured.
 std::array<double, kTerms> termsOf(const Statistics& statistics);
 
 /// Dense score of a place, to compare the places of one query [nats]: inlier ratio above null, map
@@ -161,9 +132,10 @@ struct JudgedStatistics {
   std::size_t group = 0;  ///< answers of one world or recording
 };
 /// Logistic regression with a small ridge and monotone signs, all right answers weighing as much as
-/// all wrong ones. Its odds are then calibrated by leave-one-group-out cross-validation. Each set
-/// of weights is learned from all answers that have its evidence; where none has, the weights stay
-/// those of the program. Throws Error if right or wrong ones are missing.
+/// all wrong ones. Its odds are then calibrated by leave-one-group-out cross-validation: of answers
+/// that are accepted at a risk, as large a share is wrong. Either set of weights is learned from
+/// all answers that have its evidence; where none has, it stays that of the program. Throws Error
+/// if right or wrong ones are missing.
 VerdictModel fitVerdictModel(const std::vector<JudgedStatistics>& answers);
 
 struct Verdict {
@@ -177,12 +149,10 @@ struct Verdict {
 
 /// One formula and one scale for views, bare graphs, walks and sequences.
 ///
-/// Without a registration the odds grow with the logarithm of the likelihood-ratio margin (s1 - s2)
-/// ln(s1 / s2), as 60 nats over the second-best place are much over 30 and little over 600. With
-/// one they grow with the margin of dense scores over the other places that were verified, with map
-/// coverage, and with the inlier ratio above null or, where these are set, the overlaps and
-/// conflicts of query and map. Correspondences add nothing to these (measured) and are reported
-/// only.
+/// What carries over from one make of worlds and sensors to another are margins over the other
+/// places of the same query in the same map, which are its null sample; shares of what agrees
+/// (inlier ratio, overlap, coverage, free space) have a level of their own with every sensor and
+/// weigh less. Correspondences add nothing to these (measured) and are reported only.
 ///
 /// How unlikely evidence is at a wrong place depends on the map: streets of one plan and rooms of
 /// one floor fit each other closely. `wrong_places` samples that null hypothesis in the map at hand
