@@ -58,6 +58,8 @@ TEST(MapStore, KeepsGraphLabelsKeyframesAndTextsExactly) {
   for (std::size_t i = 0; i < map.wrong_places.size(); ++i) {
     EXPECT_EQ(loaded.wrong_places[i].above_null, map.wrong_places[i].above_null);
     EXPECT_EQ(loaded.wrong_places[i].miss_ratio, map.wrong_places[i].miss_ratio);
+    EXPECT_EQ(loaded.wrong_places[i].dense_margin, map.wrong_places[i].dense_margin);
+    EXPECT_EQ(loaded.wrong_places[i].likelihood_margin, map.wrong_places[i].likelihood_margin);
   }
   ASSERT_EQ(loaded.own_stretches.size(), map.own_stretches.size());
   for (std::size_t i = 0; i < map.own_stretches.size(); ++i) {

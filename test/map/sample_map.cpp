@@ -110,7 +110,8 @@ map::SemanticMap sampleMap(std::uint64_t seed) {
   for (std::int64_t i = 0; i < 20; ++i) addSampleKeyframe(i, random, map);
   map.sources = {"town/forward", "with 'quotes'; and spaces"};
   map.options_yaml = "edges:\n  radius_m: 25\n";
-  map.wrong_places = {{0.1, 1. / 3}, {1e-7, {}}, {{}, 1}, {{}, {}}};
+  map.wrong_places = {
+      {0.1, 1. / 3, 7.25, 1e-3}, {1e-7, {}, {}, 12.}, {{}, 1, -3., {}}, {{}, {}, {}, {}}};
   map.own_stretches = {{15, 0.25}, {30.5, 0.999999}, {1e-3, 1}};
   return map;
 }

@@ -101,7 +101,7 @@ TEST(Localizer, InAMapWhoseWrongPlacesFitTheSamePoseIsLessSure) {
   for (const map::OwnStretch& own : map.own_stretches) EXPECT_GT(own.window_m, 0);
   const Query query = drive.query("rear", 10, 40);
   const Localization usual = Localizer(map, {}).localize(query);
-  map.wrong_places.assign(60, {0.5, 0.1});
+  map.wrong_places.assign(60, {0.5, 0.1, {}, {}});
   const Localization alike = Localizer(map, {}).localize(query);
   EXPECT_LT(errorOf(alike, "rear", 39), 0.5);
   EXPECT_GT(alike.statistics.wrong_place_above_null, usual.statistics.wrong_place_above_null + 0.2);

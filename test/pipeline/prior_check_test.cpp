@@ -14,8 +14,8 @@ namespace {
 /// A verdict that believes whatever it looked at closely, which tells these streets apart.
 std::string credulousModel() {
   verify::VerdictModel model = verify::defaultVerdictModel();
-  model[verify::kOverlap] = {};
-  model[verify::kOverlap][verify::kConstant] = 5;
+  model.registered = {};
+  model.registered[verify::kConstant] = 5;
   const std::string path = testing::TempDir() + "/credulous_verdict.txt";
   std::ofstream(path) << verify::toText(model);
   return path;

@@ -203,17 +203,15 @@ RC_GTEST_PROP(Likelihoods, ComeBackAsTheirText, ()) {
 
 RC_GTEST_PROP(Verdict, ModelComesBackToFourDigits, ()) {
   verify::VerdictModel model;
-  for (verify::EvidenceWeights& weights : model.of_kind) {
-    for (double& weight : weights.of) weight = *test::anyNumber(30);
-    weights.knee = *test::anyLength(10);
-    weights.sharpness = *test::anyLength(3);
-  }
+  for (double& weight : model.registered.of) weight = *test::anyNumber(30);
+  for (const verify::Term t : {verify::kConstant, verify::kMargin})
+    model.bare[t] = *test::anyNumber(30);
   test::writeText(scratch("verdict.txt"), verify::toText(model));
   const verify::VerdictModel read = verify::readVerdictModel(scratch("verdict.txt"));
   RC_ASSERT(verify::toText(read) == verify::toText(model));
-  for (std::size_t kind = 0; kind < verify::kEvidenceKinds; ++kind) {
-    const double was = model.of_kind[kind][verify::kConstant];
-    RC_ASSERT(std::abs(read.of_kind[kind][verify::kConstant] - was) <= 1e-3 * std::abs(was));
+  for (std::size_t t = 0; t < verify::kTerms; ++t) {
+    const double was = model.registered.of[t];
+    RC_ASSERT(std::abs(read.registered.of[t] - was) <= 1e-3 * std::abs(was));
   }
 }
 

@@ -188,7 +188,7 @@ rc::Gen<map::SemanticMap> anyMap() {
     for (int i = *upTo(5); i >= 0; --i)
       map.addKeyframe(*anyPose(), *gen::arbitrary<std::int64_t>(), *anyNumber(2e9),
                       *upTo(static_cast<std::uint32_t>(map.sources.size())));
-    for (int i = *upTo(3); i > 0; --i) map.wrong_places.push_back({pickShare(), pickShare()});
+    for (int i = *upTo(3); i > 0; --i) map.wrong_places.push_back({pickShare(), pickShare(), pickShare(), pickShare()});
     for (int i = *upTo(3); i > 0; --i)
       map.own_stretches.push_back({*anyLength(100), *anyLength(1)});
     return map;

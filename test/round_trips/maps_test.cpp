@@ -62,6 +62,8 @@ void expectKept(const SemanticMap& read, const SemanticMap& map) {
   for (std::size_t i = 0; i < map.wrong_places.size(); ++i) {
     RC_ASSERT(read.wrong_places[i].above_null == map.wrong_places[i].above_null);
     RC_ASSERT(read.wrong_places[i].miss_ratio == map.wrong_places[i].miss_ratio);
+    RC_ASSERT(read.wrong_places[i].dense_margin == map.wrong_places[i].dense_margin);
+    RC_ASSERT(read.wrong_places[i].likelihood_margin == map.wrong_places[i].likelihood_margin);
   }
   RC_ASSERT(read.own_stretches.size() == map.own_stretches.size());
   for (std::size_t i = 0; i < map.own_stretches.size(); ++i) {
