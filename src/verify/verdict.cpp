@@ -88,7 +88,8 @@ bool fitsClosely(const DenseEvidence& dense) {
 /// Free-space violation that is equally frequent at right and at wrong places.
 constexpr double kViolationThreshold = 0.1, kViolationNoise = 0.03;
 /// Of what is between right and wrong places: of answers whose evidence lacks it.
-constexpr double kUsualMapOverlap = 0.35, kUsualViolation = 0.18;
+/// From the air roofs and crowns cover what the map shows.
+constexpr double kUsualMapOverlap = 0.35, kUsualMapOverlapFromTheAir = 0.1, kUsualViolation = 0.18;
 double freeSpaceTerm(double free_space_violation, double even = kViolationThreshold) {
   return -std::log((free_space_violation + kViolationNoise) / even);
 }
@@ -332,7 +333,8 @@ double EvidenceWeights::logOdds(const std::array<double, kTerms>& terms) const {
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
-  /// Beside that of the dense margin; and in nats of views, of which a street has hundreds.
+  /// Beside that of the dense margin; and in nats of views, of which a street has hundreds, and of
+  /// which a true pose has its share.
   constexpr double kWeightOfLikelihood = 0.2, kWeightOfViews = 0.6;
   constexpr double kInlierNoise = 0.03, kPointsPerSample = 2.5, kWeightOfConflict = 0.5;
   std::array<double, kTerms> terms{};
@@ -340,7 +342,9 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   const double log_likelihood_margin = std::log(s.likelihood_margin + kNoise_nats);
   const DenseEvidence& dense = s.dense;
   if (!dense.registered()) {
-    terms[kMargin] = (s.of_surfaces ? kWeightOfViews : 1) * log_likelihood_margin;
+    terms[kMargin] = s.of_surfaces
+                         ? kWeightOfViews * (log_likelihood_margin + std::log(s.score_ratio))
+                         : log_likelihood_margin;
     return terms;
   }
   terms[kMargin] = std::log(std::min(s.dense_margin, kMostDenseMargin) - kLeastDenseMargin + 1) +
@@ -350,7 +354,9 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
                             (dense.converged ? dense.inlier_ratio - dense.null_inlier_ratio : 0);
   terms[kInlierRatio] = std::log((std::max(0.0, above_null) + kInlierNoise) /
                                  (std::max(0.0, s.wrong_place_above_null) + kInlierNoise));
-  terms[kOverlap] = dense.map_overlap.value_or(kUsualMapOverlap) - kUsualMapOverlap;
+  if (dense.map_overlap)
+    terms[kOverlap] =
+        *dense.map_overlap - (dense.aerial ? kUsualMapOverlapFromTheAir : kUsualMapOverlap);
   if (dense.conflict_ratio)
     terms[kOverlap] += kWeightOfConflict * (kConflictThreshold - *dense.conflict_ratio);
   terms[kMapCoverage] = std::log(s.map_coverage);

@@ -345,7 +345,10 @@ TEST(Verdict, AMarginOfVerticesSaysMoreThanOneOfSurfaces) {
   e.of_surfaces = true;
   EXPECT_EQ(judged(e).status, Status::rejected) << "roads and houses score by hundreds of nats";
   e.score = 300;
+  const double confidence = judged(e).confidence;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
+  e.expected = 2000;
+  EXPECT_GT(1 - judged(e).confidence, 10 * (1 - confidence)) << "most of it is not in the map";
 }
 
 TEST(Verdict, SaysHowMuchMoreWouldTell) {
@@ -491,14 +494,18 @@ TEST(Verdict, APlaceThatTheQuerySawThroughIsRefused) {
 /// From the air a town fits another one with its roads; roofs and crowns stand elsewhere.
 TEST(Verdict, FromTheAirWhatTheMapHasNotSpeaksAgainstAPlace) {
   Evidence e = goodView();
+  e.runner_up = 140;
+  verifySecondBest(e);
   e.obstacles.score = 3;  // what a true pose would score is known badly from there
   e.dense = points(0.25, 0.1, 0.15);
   e.dense.of = DenseEvidence::Of::views;
   e.dense.conflict_ratio = 0.2;
   e.dense.aerial = true;
   e.map_coverage = 0.4;
+  e.alternatives[0].dense = e.dense;
+  e.alternatives[0].dense.inlier_ratio = 0.15;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.conflict_ratio = 0.7;
+  e.dense.conflict_ratio = 0.9;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }
