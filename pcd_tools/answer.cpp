@@ -73,8 +73,6 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit(Name("dense_margin", "margin"), s.dense_margin, Written::now);
   visit(Name("wrong_place_above_null", "null_excess"), s.wrong_place_above_null, Written::now);
   visit(Name("wrong_place_miss_ratio", "null_missing"), s.wrong_place_miss_ratio, Written::now);
-  visit(Name("wrong_place_dense_margin"), s.wrong_place_dense_margin, Written::now);
-  visit(Name("wrong_place_likelihood_margin"), s.wrong_place_likelihood_margin, Written::now);
   visit(Name("sigma_m"), s.sigma_m, Written::now);
   visit(Name("conflict_ratio", "contradicted"), dense.conflict_ratio, Written::if_asked);
   visit(Name("obstacle_overlap", "standing"), dense.obstacle_overlap, Written::if_asked);

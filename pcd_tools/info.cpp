@@ -185,6 +185,11 @@ void printMap(Sheet& sheet, const std::string& path) {
                    {"accepted", a.accepted},
                    {"risks", OwnAcceptance::kRisks}});
   if (!own.empty()) sheet.row("own windows", ownAcceptanceText(map), own);
+  if (const auto margins = wrongPlaceMargins(map))
+    sheet.row("wrong places", wrongPlacesText(map),
+              {{"dense_margin", margins->dense},
+               {"likelihood_margin", margins->likelihood},
+               {"copies", margins->areOfCopies()}});
   std::vector<std::string> changes;
   for (const map::Revision& revision : map::readRevisions(path)) changes.push_back(revision.note);
   if (!changes.empty()) sheet.row("changes", fmt::format("{}", fmt::join(changes, "; ")), changes);

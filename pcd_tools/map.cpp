@@ -176,6 +176,8 @@ class MapCommand final : public Command {
                map.poses.size(), map::pointCount(map));
     if (const std::string own = ownAcceptanceText(map); !own.empty())
       fmt::print("own windows of {}\n", own);
+    if (const std::string wrong = wrongPlacesText(map); !wrong.empty())
+      fmt::print("wrong places {}\n", wrong);
   }
 
   /// One map of all recordings, and one of each graph or map.

@@ -57,6 +57,16 @@ void requireOutside(const std::string& name, const std::string& output,
   }
 }
 
+std::string wrongPlacesText(const map::SemanticMap& map) {
+  const auto margins = wrongPlaceMargins(map);
+  if (!margins) return "";
+  return fmt::format("stand out by up to {:.1f} (points) and {:.0f} nats (views){}", margins->dense,
+                     margins->likelihood,
+                     margins->areOfCopies() ? ": streets or rooms of this map are copies of each "
+                                              "other, of which short queries are ambiguous"
+                                            : "");
+}
+
 std::string ownAcceptanceText(const map::SemanticMap& map) {
   std::string lengths;
   for (const OwnAcceptance& own : ownAcceptance(map)) {

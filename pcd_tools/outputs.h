@@ -38,6 +38,9 @@ void requireOutside(const std::string& name, const std::string& output,
 /// How many of a map's own stretches would be accepted, over their length and the risk, as a line;
 /// empty if the map was not asked.
 std::string ownAcceptanceText(const map::SemanticMap& map);
+/// How far wrong places of the map stand out, and whether its streets or rooms are copies. Empty if
+/// that was not measured.
+std::string wrongPlacesText(const map::SemanticMap& map);
 
 constexpr const char* kNothingToWrite = ": there is no accepted pose to write";
 constexpr const char* kUntilItIsFound = " until there is an accepted pose";

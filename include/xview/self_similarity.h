@@ -69,6 +69,19 @@ struct OwnAcceptance {
 /// One per length, ascending; none if the map was not measured.
 std::vector<OwnAcceptance> ownAcceptance(const map::SemanticMap& map);
 
+/// How large the margins of wrong places of a map get: of its own stretches, with their own places
+/// left out, the mean of the four largest after the very largest, which may be a place that the map
+/// shows twice.
+struct WrongPlaceMargins {
+  double dense = 0, likelihood = 0;  ///< as in Statistics [nats]
+
+  /// Streets or rooms of the map are copies of each other: no usual map reaches such margins.
+  bool areOfCopies() const;
+};
+
+/// Nothing if fewer than five stretches were measured.
+std::optional<WrongPlaceMargins> wrongPlaceMargins(const map::SemanticMap& map);
+
 /// What wrong places of a map score for queries of one length: quantiles over its self queries.
 struct WrongScores {
   static constexpr std::array<double, 4> kQuantiles{0.5, 0.9, 0.97, 1};

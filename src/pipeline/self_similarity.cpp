@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "pipeline/gravity.h"
 #include "pipeline/localizer_index.h"
@@ -565,6 +566,28 @@ std::vector<WrongScores> wrongScores(const SelfSimilarity& self_similarity) {
     all.push_back(scores);
   }
   return all;
+}
+
+bool WrongPlaceMargins::areOfCopies() const {
+  constexpr double kUsualDense = 6.5, kUsualLikelihood = 55;  // of 80 usual maps none has more
+  return dense > kUsualDense || likelihood > kUsualLikelihood;
+}
+
+std::optional<WrongPlaceMargins> wrongPlaceMargins(const map::SemanticMap& map) {
+  constexpr std::ptrdiff_t kLargest = 4;
+  const auto largest = [&](std::optional<double> WrongPlace::*margin) -> std::optional<double> {
+    std::vector<double> margins;
+    for (const WrongPlace& place : map.wrong_places) {
+      if (place.*margin) margins.push_back(*(place.*margin));
+    }
+    if (margins.size() <= kLargest) return std::nullopt;
+    std::sort(margins.rbegin(), margins.rend());
+    return std::accumulate(margins.begin() + 1, margins.begin() + 1 + kLargest, 0.0) / kLargest;
+  };
+  const auto dense = largest(&WrongPlace::dense_margin),
+             likelihood = largest(&WrongPlace::likelihood_margin);
+  if (!likelihood) return std::nullopt;
+  return WrongPlaceMargins{dense.value_or(0), *likelihood};
 }
 
 }  // namespace xview

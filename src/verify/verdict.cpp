@@ -133,23 +133,6 @@ double meanOf(const std::vector<WrongPlace>& wrong_places,
   return sum / count;
 }
 
-/// Mean of the largest but one: how large a margin of a wrong place of a map gets. The very largest
-/// is left out, which may be a place that the map shows twice; a map with few of them is drawn to
-/// the usual value.
-double largestOf(const std::vector<WrongPlace>& wrong_places,
-                 std::optional<double> WrongPlace::*margin, double usual) {
-  constexpr std::size_t kLargest = 4, kUsualPlaces = 2;
-  std::vector<double> margins;
-  for (const WrongPlace& place : wrong_places) {
-    if (place.*margin) margins.push_back(*(place.*margin));
-  }
-  std::sort(margins.rbegin(), margins.rend());
-  double sum = kUsualPlaces * usual, count = kUsualPlaces;
-  for (std::size_t i = 1; i < std::min(margins.size(), 1 + kLargest); ++i, ++count)
-    sum += margins[i];
-  return sum / count;
-}
-
 /// Chance that the pose is as near to the truth as that its place is the right one.
 double chanceToBeNear(const Statistics& s) {
   constexpr double kNear_m = 3;
@@ -378,10 +361,6 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
       meanOf(wrong_places, &WrongPlace::above_null, kUsualWrongPlaceAboveNull);
   s.wrong_place_miss_ratio =
       meanOf(wrong_places, &WrongPlace::miss_ratio, kUsualWrongPlaceMissRatio);
-  s.wrong_place_dense_margin =
-      largestOf(wrong_places, &WrongPlace::dense_margin, kUsualWrongPlaceDenseMargin);
-  s.wrong_place_likelihood_margin =
-      largestOf(wrong_places, &WrongPlace::likelihood_margin, kUsualWrongPlaceLikelihoodMargin);
   verdict.statistics = s;
   verdict.witnesses.place = oddsOf(ofPlaceAlone(s), model);
   verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;

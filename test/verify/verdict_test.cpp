@@ -503,9 +503,9 @@ TEST(Verdict, FromTheAirWhatTheMapHasNotSpeaksAgainstAPlace) {
   e.dense.aerial = true;
   e.map_coverage = 0.4;
   e.alternatives[0].dense = e.dense;
-  e.alternatives[0].dense.inlier_ratio = 0.15;
+  e.alternatives[0].dense.inlier_ratio = 0.05;
   EXPECT_EQ(judged(e).status, Status::accepted) << judged(e).reason;
-  e.dense.conflict_ratio = 0.9;
+  e.dense.conflict_ratio = 1;
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }

@@ -174,7 +174,6 @@ struct DenseEvidence : Visibility {
 
 /// Medians over the means of 43 maps, for maps that were not measured.
 constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0.45;
-constexpr double kUsualWrongPlaceDenseMargin = 4, kUsualWrongPlaceLikelihoodMargin = 20;
 
 /// What the verdict was made of.
 struct Statistics {
@@ -190,9 +189,6 @@ struct Statistics {
   /// usual map where none were measured.
   double wrong_place_above_null = kUsualWrongPlaceAboveNull;
   double wrong_place_miss_ratio = kUsualWrongPlaceMissRatio;
-  /// How large margins of wrong places of the map get: means of its largest but one.
-  double wrong_place_dense_margin = kUsualWrongPlaceDenseMargin;
-  double wrong_place_likelihood_margin = kUsualWrongPlaceLikelihoodMargin;
   double sigma_m = 0;  ///< largest standard deviation of the registered position in the plane, in
                        ///< canonical lengths; 0 = not known
 };
