@@ -193,6 +193,23 @@ def score(row, runs):
     return line
 
 
+def checked(answer, error_m, right_m, make):
+    """A line for `xview learn --verdict`: the answer, whether it is right and of which make; none if it is neither."""
+    wrong_m = right_m if right_m < 1 else max(5, right_m)
+    if right_m < error_m <= wrong_m or not answer.get("statistics", {}).get("registered"):
+        return ""
+    return json.dumps({**answer, "right": error_m <= right_m, "make": make}) + "\n"
+
+
+def checked_answers(row, runs):
+    """Those of a row; 3 m are right outdoors."""
+    for part, (localized, _) in zip(row.parts, runs):
+        for answer in localized["answers"] if localized else []:
+            if answer["status"] != "error":
+                error_m = error_and_nees(answer, part.truth)[0] if part.truth else math.inf
+                yield checked(answer, error_m, min(3, row.wrong_m), row.world)
+
+
 # ---- Comparison ----
 
 
@@ -403,6 +420,9 @@ def run_all(runner, rows, arguments):
         lines, started = [], time.monotonic()
         for row, runs in zip(rows, runs_of):
             lines.append(line_of(row, runs.result(), runner.inputs(row)))
+            if arguments.answers:
+                with open(arguments.answers, "a") as file:
+                    file.writelines(checked_answers(row, runs.result()))
             seconds = time.monotonic() - started
             print(f"{seconds:5.0f} s  {len(lines)} of {len(rows)}  {' '.join(row[:3])}", file=sys.stderr)
     return lines
@@ -420,6 +440,7 @@ def arguments_of():
     add("--baseline", type=Path, metavar="FILE", default=root / "bench/regress_baseline.csv", help="stored table")
     add("--save", type=Path, metavar="FILE", help="store the table as CSV")
     add("--markdown", type=Path, metavar="FILE", help="store the sums over sessions as Markdown")
+    add("--answers", type=Path, metavar="FILE", help="append the answers, for xview learn --verdict")
     add("--only", default="", metavar="REGEX", help="rows whose 'world session window' matches")
     add("--jobs", type=int, default=2, metavar="N", help="runs at a time, of one thread each; default 2")
     add("--with", dest="extra", default="", metavar="FLAGS", help="further flags of localize: --with '--method search'")

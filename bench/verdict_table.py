@@ -25,7 +25,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 import paper_page as page
 import regress_worlds as worlds
-from regress import Runner, simulated, write_whole
+from regress import Runner, checked, simulated, write_whole
 
 STYLES = ("suburb", "grid", "village", "campus", "office")
 QUALITIES = (0.83, 0.68, 1.0, 0.6)  # Share of the pixels with the right label; 1 = perfect sensors.
@@ -150,10 +150,12 @@ def lines_of(world, folders, runner, arguments):
             print(f"{name_of(world)} cannot be mapped: {mapped['said']}", file=sys.stderr)
             return lines
         answers = [a for a in run["answers"] if a["status"] != "error"]
-        lines += [line_of(world, session, metres, a, part.truth) for a in answers]
+        found = [line_of(world, session, metres, a, part.truth) for a in answers]
+        lines += found
         if arguments.answers:
             with open(arguments.answers / f"{name_of(world)}.jsonl", "a") as file:
-                file.writelines(json.dumps(answer) + "\n" for answer in answers)
+                file.writelines(checked(answer, line["error_m"], RIGHT_M.get(world.style, RIGHT_OUTDOORS_M), world.style)
+                                for answer, line in zip(answers, found))
     return lines
 
 

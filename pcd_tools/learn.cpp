@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -115,8 +117,52 @@ class LearnCommand final : public Command {
     out.commit();
     fmt::print("{}: {} right and {} wrong answers\n", job.operands.back(), rights,
                static_cast<std::ptrdiff_t>(judged.size()) - rights);
+    if (makes.size() > 1) printLeftOut(judged, makes);
     return kDone;
   }
+
+  /// What would be accepted of each make by a model that the others set, as a table.
+  static void printLeftOut(const std::vector<verify::JudgedStatistics>& judged,
+                           const std::map<std::string, std::size_t>& makes) {
+    fmt::print(
+        "\nEach make judged by what the others set, right ones accepted and wrong ones accepted at "
+        "a risk of:\n\n"
+        "| make | right | 0.1 | 0.01 | 0.001 | wrong | 0.1 | 0.01 | 0.001 |\n"
+        "|---|---|---|---|---|---|---|---|---|\n");
+    LeftOut all;
+    for (const auto& [make, group] : makes) {
+      std::vector<verify::JudgedStatistics> here, others;
+      for (const verify::JudgedStatistics& j : judged)
+        (j.group == group ? here : others).push_back(j);
+      const verify::VerdictModel model = verify::fitVerdictModel(others);
+      LeftOut of_make;
+      for (const verify::JudgedStatistics& j : here) {
+        const double log_odds =
+            model.weightsFor(j.statistics).logOdds(verify::termsOf(j.statistics));
+        of_make.add(j.right, log_odds);
+        all.add(j.right, log_odds);
+      }
+      of_make.print(make);
+    }
+    all.print("all");
+  }
+
+  /// Answers that are right and wrong, and how many of each are accepted by the risk.
+  struct LeftOut {
+    static constexpr std::array kRisks{0.1, 0.01, 0.001};
+    std::array<int, 2> answers{};
+    std::array<std::array<int, kRisks.size()>, 2> accepted{};
+
+    void add(bool right, double log_odds) {
+      ++answers[right];
+      for (std::size_t i = 0; i < kRisks.size(); ++i)
+        accepted[right][i] += log_odds >= std::log((1 - kRisks[i]) / kRisks[i]);
+    }
+    void print(const std::string& name) const {
+      fmt::print("| {} | {} | {} | {} | {} |\n", name, answers[1], fmt::join(accepted[1], " | "),
+                 answers[0], fmt::join(accepted[0], " | "));
+    }
+  };
 
   /// The true poses of recordings, each file read once.
   class Truths {

@@ -2,8 +2,6 @@
 // What stands in each table of a map, for writing and for reading.
 #include "map_tables.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -298,7 +296,7 @@ std::vector<std::array<std::optional<double>, 2>> pairsIn(const Meta& meta, cons
     if (word == kNotAsked) return std::nullopt;
     const auto number = numberFrom<double>(word);
     if (number && std::abs(*number) <= most) return number;
-    throw Damage(fmt::format("meta: {} has no number in [-{}, {}]: {}", name, most, most, word));
+    throw Damage("meta: " + name + " has a number out of range: " + word);
   };
   for (std::string first, second; words >> first;) {
     if (!(words >> second)) throw Damage("meta: " + name + " are no pairs");

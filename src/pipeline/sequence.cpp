@@ -44,6 +44,12 @@ bool agrees(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
   return e.expected > 0 && e.score >= kShare * e.expected && e.map_coverage >= o.min_known_share;
 }
 
+/// The window has little of it.
+bool contradicts(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
+  constexpr double kShare = 0.2;
+  return e.expected > 0 && e.score < kShare * e.expected && e.map_coverage >= o.min_known_share;
+}
+
 template <class Evidence>
 std::optional<double> meanOf(const std::vector<DenseEvidence>& looks,
                              std::optional<double> Evidence::*what) {
@@ -289,10 +295,28 @@ struct Sequence::State {
     return e;
   }
 
+  /// Windows that count and contradict the best place.
+  int windowsAgainst() const {
+    const std::vector<bool> counts = counted();
+    int against = 0;
+    for (std::size_t w = 0; w < windows.size(); ++w)
+      against += counts[w] && contradicts(tracks[0].seen[w].evidence, options.verdict);
+    return against;
+  }
+
   /// What the sum says; a place that the newest window does not agree with is not accepted.
   verify::Verdict verdictOfSum(const SequenceAnswer& answer, const Localization& at_best) {
     verify::Verdict verdict = localizer.judge(evidenceOfSum(answer, at_best));
     verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
+    if (const int against = windowsAgainst(); 2 * against > answer.windows) {
+      constexpr double kLessThanEven = 0.49;
+      verdict.status = Status::rejected;
+      verdict.reason_code = ReasonCode::contradicted;
+      verdict.confidence = std::min(verdict.confidence, kLessThanEven);
+      verdict.reason =
+          fmt::format("{} of {} windows contradict the place", against, answer.windows);
+      return verdict;
+    }
     if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;
     verdict.status = Status::rejected;
     verdict.confidence = std::min(verdict.confidence, answer.alone.confidence);

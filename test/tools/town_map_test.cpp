@@ -443,7 +443,7 @@ TEST_F(TinyTown, AVerdictIsLearnedFromAnswersThatSayAllItIsMadeOf) {
   const auto rights = static_cast<std::size_t>(std::stoi(learned.out.substr(model.size() + 2)));
   EXPECT_GE(rights, 2u) << learned.out;
   EXPECT_LT(rights, lineCount(found.out)) << learned.out;
-  EXPECT_NE(readText(model).find("shown.log_margin "), std::string::npos);
+  EXPECT_NE(readText(model).find("registered.margin "), std::string::npos);
 
   using Names = std::pair<std::string, std::string>;  // a key and its former one
   for (const auto& [now, before] :
@@ -475,7 +475,7 @@ TEST_F(TinyTown, AnswersOfGraphsAreJudgedByTheTruthBesideThem) {
   const Outcome learned =
       succeed({"learn", "--verdict", file("answers.jsonl"), file("verdict.txt")});
   EXPECT_EQ(learned.out, file("verdict.txt") + ": 1 right and 1 wrong answers\n");
-  EXPECT_NE(readText(file("verdict.txt")).find("graph.lead "), std::string::npos);
+  EXPECT_NE(readText(file("verdict.txt")).find("bare.margin "), std::string::npos);
 }
 
 TEST_F(TinyTown, AShorterDriveInTheSameFolderLeavesNoOldFrames) {
