@@ -29,17 +29,18 @@ constexpr std::size_t kAsked = 1000, kFewestAsked = 200;  ///< points of a frame
 /// odometry, and how far it must be from it: depth errors that go with the camera look like a
 /// sensor that stands.
 constexpr double kExplains = 0.5, kClearlyMore = 0.35, kLeastOff_m = 2.5;
-/// The same for a sensor that stands, which sees the very same: so does an avenue whose trees stand
-/// as far apart as the sensor moved, but not as closely.
-constexpr double kStands = 0.8;
+/// A sensor that stands sees the very same. An avenue whose trees stand as far apart as the sensor
+/// moved looks alike, but not as closely; where an odometry stands and the view does not, less more
+/// is enough.
+constexpr double kStands = 0.8, kMoreThanStanding = 0.2;
 /// From this on no other motion can explain clearly more.
 constexpr double kInPlace = 0.85;
 /// Difference to the step before with which a step is unusual, at least and as a multiple of usual
 /// steps: one around a corner differs by 1.4 of them.
 constexpr double kUnusual_m = 2, kUnusualSteps = 2;
-/// Behind a corner a street looks as it did before it. Motions that differ by such a turn are told
-/// apart only if they lead far from each other.
-constexpr double kTurn_rad = 0.5, kFarApart_m = 10;
+/// Behind a corner a street looks as it did before it, so motions that differ by such a turn are
+/// not told apart, unless the step is longer than usual ones.
+constexpr double kTurn_rad = 0.5;
 /// Multiple of the usual step that is believed only if the scans support it.
 constexpr double kWildSteps = 8;
 constexpr double kLeastMove_m = 0.5;  ///< of a sensor that does not stand
@@ -273,14 +274,15 @@ struct OdometryCheck::State {
     // leave it.
     const bool overlaps = std::isfinite(in_place.of_overlap);
     if (!overlaps && may_leave) return std::nullopt;
-    double most =
-        std::max(kExplains, kClearlyMore + (overlaps ? in_place.of_overlap : in_place.of_all));
+    const bool moved_on_standing =
+        overlaps && in_place.of_overlap < kStands && step.translation().norm() < kLeastMove_m;
+    double most = std::max(kExplains, (moved_on_standing ? kMoreThanStanding : kClearlyMore) +
+                                          (overlaps ? in_place.of_overlap : in_place.of_all));
     std::optional<double> off_m;
     for (const Eigen::Isometry3d& other : others) {
       const double apart_m = distanceBetween(other, step);
       if (apart_m < kLeastOff_m) continue;
-      const double far_m = std::max(kFarApart_m, 2 * other.translation().norm());
-      if (rotationBetween(other, step) > kTurn_rad && (may_leave || apart_m < far_m)) continue;
+      if (rotationBetween(other, step) > kTurn_rad && (may_leave || !isLong(step))) continue;
       const double explained = inPlaceAfter(other, cells, from, now, asked).of_overlap;
       if (!(explained >= most)) continue;
       if (other.translation().norm() < kLeastMove_m && explained < kStands) continue;
@@ -291,9 +293,13 @@ struct OdometryCheck::State {
   }
 
   bool isUnusual(const Eigen::Isometry3d& step) const {
-    if (!last_step) return false;
-    const double usual_m = steps_m.empty() ? 0 : usual(steps_m);
-    return distanceBetween(step, *last_step) > std::max(kUnusual_m, kUnusualSteps * usual_m);
+    return last_step && distanceBetween(step, *last_step) > leastUnusual_m();
+  }
+  bool isLong(const Eigen::Isometry3d& step) const {
+    return step.translation().norm() > leastUnusual_m();
+  }
+  double leastUnusual_m() const {
+    return std::max(kUnusual_m, steps_m.empty() ? 0 : kUnusualSteps * usual(steps_m));
   }
   /// No scan supports such a step.
   bool isWild(const Eigen::Isometry3d& step) const {
