@@ -59,8 +59,7 @@ bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
     longest_m = std::max(longest_m, step_m);
   }
   way_m -= longest_m;  // it may be the odometry's jump, which nobody drove
-  const double sigma_m = std::sqrt(a.covariance.topLeftCorner<3, 3>().trace() +
-                                   b.covariance.topLeftCorner<3, 3>().trace());
+  const double sigma_m = pose::sigmaBetween(a, b);
   const double heading_rad = std::sqrt(std::max(0.0, a.covariance(5, 5))) * kSigmas +
                              odometry.drift_deg_per_m * M_PI / 180 * way_m;
   return pose::offBetween(a, b, T_odom_sensor) >

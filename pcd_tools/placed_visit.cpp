@@ -102,43 +102,6 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
   return found;
 }
 
-/// The frames whose poses the odometry tells from the fixes: those near to one, and those between
-/// two of which it errs by a small share of the way. Windows that were found together are bent by
-/// as much as it errs, so that being part of one says little.
-std::vector<bool> toldByOdometry(const std::vector<pose::TrajectoryFix>& fixes,
-                                 const std::vector<Eigen::Isometry3d>& T_odom_sensor,
-                                 const std::vector<double>& way_m, double size) {
-  constexpr double kNear_m = 10, kWay_m = 25, kMostError = 0.05, kSigmas = 2;
-  std::vector<bool> is_told(way_m.size(), false);
-  const auto mark = [&](double from_m, double to_m, bool value) {
-    for (std::size_t i = 0; i < way_m.size(); ++i) {
-      if (way_m[i] >= from_m && way_m[i] <= to_m) is_told[i] = value;
-    }
-  };
-  for (const pose::TrajectoryFix& fix : fixes)
-    mark(way_m[fix.index] - kNear_m * size, way_m[fix.index] + kNear_m * size, true);
-  // A way that tells such an error from those of the fixes.
-  const auto forPairs = [&](const auto& visit) {
-    for (std::size_t a = 0, b = 0; a < fixes.size(); ++a) {
-      const double from_m = way_m[fixes[a].index];
-      while (b < fixes.size() && way_m[fixes[b].index] - from_m < kWay_m * size) ++b;
-      if (b == fixes.size()) return;
-      const double to_m = way_m[fixes[b].index];
-      const double sigma_m = std::sqrt(fixes[a].covariance.topLeftCorner<3, 3>().trace() +
-                                       fixes[b].covariance.topLeftCorner<3, 3>().trace());
-      const double off_m = pose::offBetween(fixes[a], fixes[b], T_odom_sensor) - kSigmas * sigma_m;
-      visit(from_m, to_m, off_m <= kMostError * (to_m - from_m));
-    }
-  };
-  forPairs([&](double from_m, double to_m, bool is_good) {
-    if (is_good) mark(from_m, to_m, true);
-  });
-  forPairs([&](double from_m, double to_m, bool is_good) {
-    if (!is_good) mark(from_m, to_m, false);
-  });
-  return is_told;
-}
-
 std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localizer& localizer,
                                           const Job& job, std::string& refusal) {
   const std::vector<Eigen::Isometry3d> T_odom_sensor = input.poses();
@@ -162,7 +125,7 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
   const auto all =
       pose::trajectoryThrough(T_odom_sensor, found.fixes, {found.jumps.begin(), found.jumps.end()});
   const std::vector<bool> is_told =
-      toldByOdometry(found.fixes, T_odom_sensor, way_m, localizer.size());
+      pose::toldByOdometry(found.fixes, T_odom_sensor, way_m, localizer.size());
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < all.size(); ++i) {
     found.is_found[i] = found.is_found[i] && all[i] && is_told[i];

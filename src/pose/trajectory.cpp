@@ -2,6 +2,8 @@
 #include "xview/pose/trajectory.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "xview/types/pose.h"
 
@@ -39,6 +41,39 @@ double offBetween(const TrajectoryFix& a, const TrajectoryFix& b,
   const Eigen::Isometry3d T_a_b = T_odom_sensor[a.index].inverse() * T_odom_sensor[b.index];
   const Eigen::Vector3d expected = a.T_map_sensor * (a.scale * T_a_b.translation());
   return (b.T_map_sensor.translation() - expected).norm();
+}
+
+double sigmaBetween(const TrajectoryFix& a, const TrajectoryFix& b) {
+  return std::sqrt(a.covariance.topLeftCorner<3, 3>().trace() +
+                   b.covariance.topLeftCorner<3, 3>().trace());
+}
+
+std::vector<bool> toldByOdometry(const std::vector<TrajectoryFix>& fixes,
+                                 const std::vector<Eigen::Isometry3d>& T_odom_sensor,
+                                 const std::vector<double>& way_m, double size) {
+  constexpr double kNear_m = 10, kWay_m = 25, kMostError = 0.05, kSigmas = 2;
+  std::vector<bool> is_told(way_m.size(), false);
+  const auto mark = [&](double from_m, double to_m, bool value) {
+    for (std::size_t i = 0; i < way_m.size(); ++i) {
+      if (way_m[i] >= from_m && way_m[i] <= to_m) is_told[i] = value;
+    }
+  };
+  std::vector<std::pair<double, double>> bad;
+  for (std::size_t a = 0, b = 0; a < fixes.size(); ++a) {
+    const double from_m = way_m[fixes[a].index];
+    mark(from_m - kNear_m * size, from_m + kNear_m * size, true);
+    while (b < fixes.size() && way_m[fixes[b].index] - from_m < kWay_m * size) ++b;
+    if (b == fixes.size()) continue;
+    const double to_m = way_m[fixes[b].index];
+    const double off_m =
+        offBetween(fixes[a], fixes[b], T_odom_sensor) - kSigmas * sigmaBetween(fixes[a], fixes[b]);
+    if (off_m <= kMostError * (to_m - from_m))
+      mark(from_m, to_m, true);
+    else
+      bad.emplace_back(from_m, to_m);
+  }
+  for (const auto& [from_m, to_m] : bad) mark(from_m, to_m, false);
+  return is_told;
 }
 
 std::vector<Eigen::Isometry3d> trajectoryThrough(

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace xview::pose {
 namespace {
 
@@ -66,6 +68,31 @@ TEST(Trajectory, IsInTheLengthsOfTheMap) {
   TrajectoryFix fix = fixAt(0, 0);
   fix.scale = 2;
   EXPECT_NEAR(trajectoryThrough(drive(3), {fix}).back().translation().x(), 6, 1e-12);
+}
+
+/// A fix of a drive whose odometry has `scale` times the way.
+TrajectoryFix fixOnTheWay(std::size_t index, double scale) {
+  TrajectoryFix fix = fixAt(index, 0);
+  fix.T_map_sensor.translation().x() = static_cast<double>(index) / scale;
+  return fix;
+}
+
+std::size_t toldOf(double scale, const std::vector<std::size_t>& indices) {
+  const std::vector<Eigen::Isometry3d> poses = drive(100);
+  std::vector<double> way_m;
+  for (const Eigen::Isometry3d& T : poses) way_m.push_back(T.translation().x());
+  std::vector<TrajectoryFix> fixes;
+  for (const std::size_t i : indices) fixes.push_back(fixOnTheWay(i, scale));
+  const std::vector<bool> told = toldByOdometry(fixes, poses, way_m, 1);
+  return static_cast<std::size_t>(std::count(told.begin(), told.end(), true));
+}
+
+TEST(Trajectory, OdometryTellsFramesBetweenFixesThatItConnects) {
+  EXPECT_EQ(toldOf(1, {10, 90}), 101u) << "all";
+  EXPECT_EQ(toldOf(1.02, {10, 90}), 101u) << "a usual drift";
+  EXPECT_EQ(toldOf(1.1, {10, 90}), 20u) << "10 m before the first fix and behind the last one";
+  EXPECT_EQ(toldOf(1, {50}), 21u) << "one fix shows no error";
+  EXPECT_EQ(toldOf(1.1, {10, 20}), 31u) << "too near to each other to show one";
 }
 
 }  // namespace

@@ -31,6 +31,18 @@ TrajectoryFix fixOf(const Localization& answer, std::size_t index);
 double offBetween(const TrajectoryFix& a, const TrajectoryFix& b,
                   const std::vector<Eigen::Isometry3d>& T_odom_sensor);
 
+/// Of the distance between two fixes, by their covariances [m].
+double sigmaBetween(const TrajectoryFix& a, const TrajectoryFix& b);
+
+/// The frames of a recording whose poses the odometry tells from fixes, which are in its order:
+/// those within 10 m of the way of one, and those between two, 25 m or more apart, of which the
+/// odometry errs by at most 5 % of the way; none between two of which it errs by more. Windows that
+/// were found together are bent by as much as it errs, so that being part of one says little.
+/// `way_m`: of each frame (pathLengths); `size`: of the place, by which these lengths are scaled.
+std::vector<bool> toldByOdometry(const std::vector<TrajectoryFix>& fixes,
+                                 const std::vector<Eigen::Isometry3d>& T_odom_sensor,
+                                 const std::vector<double>& way_m, double size);
+
 /// All poses of a recording in the map frame, T_map_sensor. Frames that were found together lie as
 /// they were found; between two fixes what they say of a frame is weighed by its distance along the
 /// way, before the first and after the last one odometry goes on from there. Fixes are in the order
