@@ -10,7 +10,6 @@
 #include <map>
 #include <sstream>
 #include <stdexcept>
-#include <tuple>
 
 #include "packed_cloud.h"
 #include "packed_vertices.h"
@@ -313,9 +312,10 @@ std::vector<WrongPlace> wrongPlacesIn(const Meta& meta) {
   const auto margins = pairsIn(meta, "wrong_margins", kMostMargin);
   if (!margins.empty() && margins.size() != all.size())
     throw Damage("meta: wrong_margins are not as many as wrong_places");
-  for (std::size_t i = 0; i < margins.size(); ++i)
-    std::tie(all[i].dense_margin, all[i].likelihood_margin) =
-        std::tie(margins[i][0], margins[i][1]);
+  for (std::size_t i = 0; i < margins.size(); ++i) {
+    all[i].dense_margin = margins[i][0];
+    all[i].likelihood_margin = margins[i][1];
+  }
   return all;
 }
 

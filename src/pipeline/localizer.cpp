@@ -72,23 +72,6 @@ void moveToFront(std::size_t at, std::vector<Value>& values) {
   if (at < values.size()) std::rotate(values.begin(), values.begin() + at, values.begin() + at + 1);
 }
 
-/// Places with similar bird's-eye views are told apart by the registration of their points.
-void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
-  std::size_t likeliest = 0;
-  double most = -INFINITY;
-  for (std::size_t i = 0; i < std::min(registered.places.size(), found.to_register); ++i) {
-    verify::PlaceEvidence place = evidenceOf(found.places[i]);
-    place.dense = registered.places[i].dense;
-    const double fit = verify::denseScore(place, registered.places[0].dense);
-    if (fit <= most) continue;
-    most = fit;
-    likeliest = i;
-  }
-  moveToFront(likeliest, found.places);
-  moveToFront(likeliest, found.matches);
-  moveToFront(likeliest, registered.places);
-}
-
 /// The answer to a query that needs no search.
 Localization unfindable(const Query& query, std::string reason) {
   Localization answer;
@@ -550,6 +533,22 @@ verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
   return {place.score(),      place.expected,
           place.map_coverage, {place.obstacles.score, place.obstacles.expected},
           place.of_surfaces,  {}};
+}
+
+void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
+  std::size_t likeliest = 0;
+  double most = -INFINITY;
+  for (std::size_t i = 0; i < std::min(registered.places.size(), found.to_register); ++i) {
+    verify::PlaceEvidence place = evidenceOf(found.places[i]);
+    place.dense = registered.places[i].dense;
+    const double fit = verify::denseScore(place, registered.places[0].dense);
+    if (fit <= most) continue;
+    most = fit;
+    likeliest = i;
+  }
+  moveToFront(likeliest, found.places);
+  moveToFront(likeliest, found.matches);
+  moveToFront(likeliest, registered.places);
 }
 
 namespace {

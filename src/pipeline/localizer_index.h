@@ -44,6 +44,8 @@ struct TriedFrame {
 /// What speaks for a place of a search, and for the first candidate against the others.
 verify::PlaceEvidence evidenceOf(const search::PlaceHypothesis& place);
 verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& registered);
+/// Places with similar bird's-eye views are told apart by the registration of their points.
+void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered);
 
 /// The refined pose of the best place becomes that of the answer.
 void useBest(RegisteredPlaces& registered, Localization& answer);

@@ -316,36 +316,29 @@ class SelfSearch {
     }
   }
 
-  /// What speaks for the likeliest of the wrong places, best first, that was registered.
+  /// What speaks for the first of the wrong places, and the margins of the likeliest that was
+  /// registered.
   WrongPlace wrongPlaceOf(const search::FieldQuery& query,
                           const std::vector<search::PlaceHypothesis>& wrong,
                           const Neighbourhood& around) const {
-    std::vector<verify::PlaceEvidence> places;
+    Candidates found;
+    found.places = wrong;
+    RegisteredPlaces registered;
     for (const search::PlaceHypothesis& h : wrong) {
-      if (places.size() == kRegisteredPlaces || h.score() < verify::kAboutAsWell * wrong[0].score())
-        break;
-      places.push_back(evidenceOf(h));
-      DenseEvidence& dense = places.back().dense;
+      if (found.to_register == kRegisteredPlaces) break;
+      if (found.to_register > 0 && h.score() < verify::kAboutAsWell * wrong[0].score()) break;
+      registered.places.push_back({h.T_map_query, Matrix6d::Zero(), {}, {}});
+      DenseEvidence& dense = registered.places.back().dense;
       static_cast<Visibility&>(dense) = query.visibility(h.T_map_query);
       if (distributions_) registerAt(h.T_map_query, around, dense);
+      ++found.to_register;
     }
     WrongPlace result;
-    if (distributions_)
-      result.above_null = places[0].dense.inlier_ratio - places[0].dense.null_inlier_ratio;
-    result.miss_ratio = places[0].dense.miss_ratio;
-    const auto likeliest = std::max_element(places.begin(), places.end(), [&](auto& a, auto& b) {
-      return verify::denseScore(a, places[0].dense) < verify::denseScore(b, places[0].dense);
-    });
-    verify::Evidence e;
-    static_cast<verify::PlaceEvidence&>(e) = *likeliest;
-    e.runner_up = likeliest != places.begin() ? wrong[0].score()
-                  : wrong.size() > 1          ? wrong[1].score()
-                                              : 0;
-    if (wrong.size() > places.size()) e.best_unverified = wrong[places.size()].score();
-    for (auto other = places.begin(); other != places.end(); ++other) {
-      if (other != likeliest) e.alternatives.push_back(*other);
-    }
-    const Statistics s = verify::statisticsOf(e);
+    const DenseEvidence& first = registered.places[0].dense;
+    if (distributions_) result.above_null = first.inlier_ratio - first.null_inlier_ratio;
+    result.miss_ratio = first.miss_ratio;
+    moveLikeliestToFront(found, registered);
+    const Statistics s = verify::statisticsOf(evidenceOf(found, registered));
     if (s.dense.registered()) result.dense_margin = s.dense_margin;
     result.likelihood_margin = s.likelihood_margin;
     return result;

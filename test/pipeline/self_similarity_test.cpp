@@ -134,6 +134,19 @@ TEST(SelfSimilarity, AtWrongPlacesOfCopiesPointsLieOnTheirLike) {
   EXPECT_TRUE(empty.own_stretches.empty());
 }
 
+TEST(SelfSimilarity, AMapOfCopiesHasWrongPlacesThatStandOut) {
+  map::SemanticMap map;
+  for (const double margin : {1., 2., 3., 4.}) map.wrong_places.push_back({{}, {}, margin, margin});
+  EXPECT_FALSE(wrongPlaceMargins(map)) << "too few";
+  map.wrong_places.push_back({{}, {}, 100., 500.});
+  ASSERT_TRUE(wrongPlaceMargins(map));
+  EXPECT_NEAR(wrongPlaceMargins(map)->dense, 2.5, 1e-12) << "without the largest";
+  EXPECT_NEAR(wrongPlaceMargins(map)->likelihood, 2.5, 1e-12);
+  EXPECT_FALSE(wrongPlaceMargins(map)->areOfCopies());
+  map.wrong_places.insert(map.wrong_places.end(), 4, {{}, {}, 8., 20.});
+  EXPECT_TRUE(wrongPlaceMargins(map)->areOfCopies()) << "points of other places fit as closely";
+}
+
 /// What is short beside the map is not asked, and the null stands for the map as it is now.
 TEST(SelfSimilarity, OfManySmallAdditionsAFewAreAsked) {
   map::SemanticMap map = copiedStreets();
