@@ -29,9 +29,9 @@ constexpr std::size_t kAsked = 1000, kFewestAsked = 200;  ///< points of a frame
 /// odometry, and how far it must be from it: depth errors that go with the camera look like a
 /// sensor that stands.
 constexpr double kExplains = 0.5, kClearlyMore = 0.35, kLeastOff_m = 2.5;
-/// A sensor that stands sees the very same. An avenue whose trees stand as far apart as the sensor
-/// moved looks alike, but not as closely; where an odometry stands and the view does not, less more
-/// is enough.
+/// Share of the points that lie in place for a sensor that stands: an avenue whose trees stand as
+/// far apart as the sensor moved has fewer. Where the odometry stands and fewer points lie in
+/// place, another motion must exceed it by this share.
 constexpr double kStands = 0.8, kMoreThanStanding = 0.2;
 /// From this on no other motion can explain clearly more.
 constexpr double kInPlace = 0.85;
@@ -206,7 +206,7 @@ struct OdometryCheck::State {
   /// usual one, if it is unusual and leaves much less in place.
   std::optional<double> offSinceLast(const Look& now, const Points& asked) {
     const Eigen::Isometry3d step = stepBetween(before, now);
-    // Where frames between are missing, a step that is longer than others is none to wonder at.
+    // Where frames between are missing, a step may be longer than others.
     const bool is_whole = !last_count || now.number - before.number <= *last_count;
     InPlace in_place{0, NAN};
     if (tell(before, now, asked)) {
@@ -274,9 +274,9 @@ struct OdometryCheck::State {
     // leave it.
     const bool overlaps = std::isfinite(in_place.of_overlap);
     if (!overlaps && may_leave) return std::nullopt;
-    const bool moved_on_standing =
+    const bool only_odometry_stands =
         overlaps && in_place.of_overlap < kStands && step.translation().norm() < kLeastMove_m;
-    double most = std::max(kExplains, (moved_on_standing ? kMoreThanStanding : kClearlyMore) +
+    double most = std::max(kExplains, (only_odometry_stands ? kMoreThanStanding : kClearlyMore) +
                                           (overlaps ? in_place.of_overlap : in_place.of_all));
     std::optional<double> off_m;
     for (const Eigen::Isometry3d& other : others) {

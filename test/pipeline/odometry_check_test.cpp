@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/simulated_drive.h"
+#include "support/label_sets.h"
 #include "xview/localizer.h"
 #include "xview/mapper.h"
 #include "xview/sequence.h"
@@ -58,6 +60,61 @@ TEST(OdometryCheck, FindsAJumpWhereItIsAndHowFar) {
     EXPECT_EQ(jumps[0].position, kJump);
     EXPECT_EQ(jumps[0].frame, simulatedDrive().frames.at("rear")[kJump].number);
     EXPECT_NEAR(jumps[0].off_m, metres, 0.2 * metres);
+  }
+}
+
+/// Check fix for: a drive that had left frames out was found to jump over 42 m.
+TEST(OdometryCheck, ALongStepOverMissingFramesIsNoJump) {
+  const std::vector<PreprocessedFrame>& all = simulatedDrive().frames.at("rear");
+  for (const std::size_t missing : {8, 12, 16, 20}) {
+    std::vector<PreprocessedFrame> frames(all.begin(), all.begin() + 12);
+    frames.insert(frames.end(), all.begin() + 12 + static_cast<std::ptrdiff_t>(missing), all.end());
+    EXPECT_TRUE(jumpsOf(frames).empty()) << missing << " frames are missing";
+    for (std::size_t i = 0; i < frames.size(); ++i) frames[i].number = static_cast<int>(i);
+    EXPECT_FALSE(jumpsOf(frames).empty()) << missing << " frames' way in one step";
+  }
+}
+
+/// What a camera sees that turns by a right angle where two streets between walls cross.
+std::vector<PreprocessedFrame> aroundACorner() {
+  std::vector<Eigen::Vector3d> walls;
+  for (double s = -60; s <= 60; s += 0.25) {
+    if (std::abs(s) < 5) continue;
+    for (double z = 0.5; z < 4; z += 0.5) {
+      for (const double side : {-5., 5.}) {
+        walls.emplace_back(s, side, z);
+        walls.emplace_back(side, s, z);
+      }
+    }
+  }
+  std::vector<Eigen::Isometry3d> poses;
+  for (double x = -30; x < 0; x += 3) poses.push_back(poseFromYaw({x, 0, 1}, 0));
+  for (double y = 3; y <= 30; y += 3) poses.push_back(poseFromYaw({0, y, 1}, M_PI / 2));
+  std::vector<PreprocessedFrame> frames;
+  for (const Eigen::Isometry3d& T : poses) {
+    PreprocessedFrame frame;
+    frame.number = static_cast<int>(frames.size());
+    frame.T_odom_sensor = T;
+    for (const Eigen::Vector3d& wall : walls) {
+      const Eigen::Vector3d seen = T.inverse() * wall;
+      if (seen.x() < std::abs(seen.y()) || seen.norm() > 25) continue;
+      Point point;
+      point.getVector3fMap() = wall.cast<float>();
+      point.label = 2;
+      point.sigma = 0.05F;
+      frame.cloud.points.push_back(point);
+    }
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+/// Check fix for: drives around a corner of a narrow street could not be mapped.
+TEST(OdometryCheck, ACornerBehindWhichTheStreetLooksAlikeIsNoJump) {
+  OdometryCheck odometry(test::labelSetOf("walls", {{2, "wall", Role::surface, Kind::building}}));
+  for (const PreprocessedFrame& frame : aroundACorner()) {
+    const auto jump = odometry.add(frame);
+    EXPECT_FALSE(jump) << "at frame " << frame.number;
   }
 }
 
