@@ -137,10 +137,9 @@ class LearnCommand final : public Command {
       const verify::VerdictModel model = verify::fitVerdictModel(others);
       LeftOut of_make;
       for (const verify::JudgedStatistics& j : here) {
-        const double log_odds =
-            model.weightsFor(j.statistics).logOdds(verify::termsOf(j.statistics));
-        of_make.add(j.right, log_odds);
-        all.add(j.right, log_odds);
+        const double confidence = verify::confidenceOf(j.statistics, model);
+        of_make.add(j.right, confidence);
+        all.add(j.right, confidence);
       }
       of_make.print(make);
     }
@@ -153,10 +152,10 @@ class LearnCommand final : public Command {
     std::array<int, 2> answers{};
     std::array<std::array<int, kRisks.size()>, 2> accepted{};
 
-    void add(bool right, double log_odds) {
+    void add(bool right, double confidence) {
       ++answers[right];
       for (std::size_t i = 0; i < kRisks.size(); ++i)
-        accepted[right][i] += log_odds >= std::log((1 - kRisks[i]) / kRisks[i]);
+        accepted[right][i] += confidence >= 1 - kRisks[i];
     }
     void print(const std::string& name) const {
       fmt::print("| {} | {} | {} | {} | {} |\n", name, answers[1], fmt::join(accepted[1], " | "),

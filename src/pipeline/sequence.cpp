@@ -38,17 +38,12 @@ struct Track {
   verify::PlaceEvidence sum;    ///< over the windows that count
 };
 
-/// The window has its share of what a true pose would score, where the map was seen.
-bool agrees(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
-  constexpr double kShare = 0.4;
-  return e.expected > 0 && e.score >= kShare * e.expected && e.map_coverage >= o.min_known_share;
+/// Score of a window over that of a true pose; nothing where the map was hardly seen.
+std::optional<double> scoreShare(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
+  if (!(e.expected > 0) || e.map_coverage < o.min_known_share) return std::nullopt;
+  return e.score / e.expected;
 }
-
-/// The window has little of it.
-bool contradicts(const verify::PlaceEvidence& e, const verify::VerdictOptions& o) {
-  constexpr double kShare = 0.2;
-  return e.expected > 0 && e.score < kShare * e.expected && e.map_coverage >= o.min_known_share;
-}
+constexpr double kAgrees = 0.4, kContradicts = 0.2;  ///< such shares, from and below
 
 template <class Evidence>
 std::optional<double> meanOf(const std::vector<DenseEvidence>& looks,
@@ -236,7 +231,7 @@ struct Sequence::State {
   }
 
   bool bestFitsNewest() const {
-    return agrees(tracks.front().seen.back().evidence, options.verdict);
+    return scoreShare(tracks.front().seen.back().evidence, options.verdict) >= kAgrees;
   }
 
   /// Forgets all windows but the newest.
@@ -299,8 +294,10 @@ struct Sequence::State {
   int windowsAgainst() const {
     const std::vector<bool> counts = counted();
     int against = 0;
-    for (std::size_t w = 0; w < windows.size(); ++w)
-      against += counts[w] && contradicts(tracks[0].seen[w].evidence, options.verdict);
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      const auto share = scoreShare(tracks[0].seen[w].evidence, options.verdict);
+      against += counts[w] && share && *share < kContradicts;
+    }
     return against;
   }
 
@@ -309,12 +306,9 @@ struct Sequence::State {
     verify::Verdict verdict = localizer.judge(evidenceOfSum(answer, at_best));
     verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
     if (const int against = windowsAgainst(); 2 * against > answer.windows) {
-      constexpr double kLessThanEven = 0.49;
-      verdict.status = Status::rejected;
-      verdict.reason_code = ReasonCode::contradicted;
-      verdict.confidence = std::min(verdict.confidence, kLessThanEven);
-      verdict.reason =
-          fmt::format("{} of {} windows contradict the place", against, answer.windows);
+      verify::refuse(ReasonCode::contradicted,
+                     fmt::format("{} of {} windows contradict the place", against, answer.windows),
+                     verdict);
       return verdict;
     }
     if (verdict.status != Status::accepted || bestFitsNewest()) return verdict;

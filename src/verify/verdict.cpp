@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <tuple>
 #include <utility>
 
 namespace xview::verify {
 namespace {
+
+using std::string_literals::operator""s;
 
 /// Score of wrong places under the null hypothesis, so that small scores say little [nats].
 constexpr double kNoise_nats = 2;
@@ -79,7 +82,7 @@ double aboveNullOf(double above_null, const std::optional<double>& map_overlap,
          kSelfConsistencyThreshold;
 }
 
-/// More of the obstacles lie on their like than where a place is as likely wrong.
+/// The inlier ratio above null is that of a place that is likelier right than wrong.
 bool fitsClosely(const DenseEvidence& dense) {
   return !dense.converged || aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
                                          dense.map_overlap, dense.self_consistency) >= 0;
@@ -87,8 +90,8 @@ bool fitsClosely(const DenseEvidence& dense) {
 
 /// Free-space violation that is equally frequent at right and at wrong places.
 constexpr double kViolationThreshold = 0.1, kViolationNoise = 0.03;
-/// Of what is between right and wrong places: of answers whose evidence lacks it.
-/// From the air roofs and crowns cover what the map shows.
+/// Values between those of right and of wrong places, for answers that lack the measurement. From
+/// the air roofs and crowns cover what the map shows.
 constexpr double kUsualMapOverlap = 0.35, kUsualMapOverlapFromTheAir = 0.1, kUsualViolation = 0.18;
 double freeSpaceTerm(double free_space_violation, double even = kViolationThreshold) {
   return -std::log((free_space_violation + kViolationNoise) / even);
@@ -147,13 +150,6 @@ double oddsOfSecondBest(const Statistics& s) {
                               : 0;
 }
 
-double confidenceOf(double odds, const Statistics& s) {
-  const double confidence = chanceToBeNear(s) / (1 + std::exp(-odds) + oddsOfSecondBest(s));
-  return s.dense.registered() || s.likelihood_margin > 0
-             ? confidence
-             : std::min(confidence, 0.5);  // one of two at best
-}
-
 /// Medians of terms over right answers, to which a reason compares.
 constexpr std::array<double, kTerms> kOfRightAnswers{1, 3.9, 1.4, 0.1, -0.1, 0, 0};
 
@@ -187,9 +183,13 @@ class Reason {
 
  private:
   std::pair<ReasonCode, std::string> whyRejected() const {
-    if (oddsOf(s_, model_) >= odds_needed_)
-      return {ReasonCode::not_converged,
-              "the place fits, but the position there is open by metres"};
+    if (oddsOf(s_, model_) >= odds_needed_) {
+      const bool is_open = chanceToBeNear(s_) < 1 / (1 + std::exp(-odds_needed_));
+      return is_open ? std::pair(ReasonCode::not_converged,
+                                 "the place fits, but the position there is open by metres"s)
+                     : std::pair(ReasonCode::too_short,
+                                 "no place stands out: another one fits nearly as closely"s);
+    }
     if (s_.dense.registered() && !s_.dense.converged)
       return {ReasonCode::not_converged, kUnconverged};
     if (!s_.dense.registered()) return {ReasonCode::too_short, ofMargin()};
@@ -281,7 +281,7 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
   e.alternatives.clear();
   Statistics s = statisticsOf(e);
   s.wrong_place_above_null = judged.wrong_place_above_null;
-  return confidenceOf(oddsOf(s, model), s) >= o.min_confidence;
+  return confidenceOf(s, model) >= o.min_confidence;
 }
 
 }  // namespace
@@ -316,8 +316,7 @@ double EvidenceWeights::logOdds(const std::array<double, kTerms>& terms) const {
 }
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
-  /// Beside that of the dense margin; and in nats of views, of which a street has hundreds, and of
-  /// which a true pose has its share.
+  // A street has hundreds of nats in views, so theirs weigh less than those of vertices.
   constexpr double kWeightOfLikelihood = 0.2, kWeightOfViews = 0.6;
   constexpr double kInlierNoise = 0.03, kPointsPerSample = 2.5, kWeightOfConflict = 0.5;
   std::array<double, kTerms> terms{};
@@ -349,6 +348,14 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   return terms;
 }
 
+double confidenceOf(const Statistics& s, const VerdictModel& model) {
+  const double confidence =
+      chanceToBeNear(s) / (1 + std::exp(-oddsOf(s, model)) + oddsOfSecondBest(s));
+  return s.dense.registered() || s.likelihood_margin > 0
+             ? confidence
+             : std::min(confidence, 0.5);  // one of two at best
+}
+
 Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& model,
               const std::vector<WrongPlace>& wrong_places) {
   Verdict verdict;
@@ -365,7 +372,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   verdict.witnesses.place = oddsOf(ofPlaceAlone(s), model);
   verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;
   verdict.witnesses.correspondences = correspondenceOdds(e);
-  verdict.confidence = confidenceOf(oddsOf(s, model), s);
+  verdict.confidence = confidenceOf(s, model);
   if (e.map_coverage < o.min_known_share) {
     verdict.confidence *= 0.5 * e.map_coverage / o.min_known_share;
     verdict.reason =
@@ -411,14 +418,6 @@ void setVerdict(Verdict verdict, Localization& answer) {
   answer.reason_code = verdict.reason_code;
   answer.witnesses = verdict.witnesses;
   answer.statistics = verdict.statistics;
-}
-
-void refuse(ReasonCode code, std::string reason, Localization& answer) {
-  constexpr double kLessThanEven = 0.49;
-  answer.status = Status::rejected;
-  answer.confidence = std::min(answer.confidence, kLessThanEven);
-  answer.reason = std::move(reason);
-  answer.reason_code = code;
 }
 
 }  // namespace xview::verify

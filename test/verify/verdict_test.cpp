@@ -579,6 +579,19 @@ TEST(Verdict, SaysWhatDecides) {
   EXPECT_EQ(judged(e).reason_code, ReasonCode::too_short) << judged(e).reason;
 }
 
+/// Check fix for: what the second-best place refused was said to be open by metres.
+TEST(Verdict, SaysThatASecondPlaceFitsNearlyAsClosely) {
+  Evidence e = goodView();
+  e.runner_up = 140;
+  verifySecondBest(e);
+  e.dense = points(0.9, 0, 0.9);
+  e.alternatives[0].dense = points(0.9, 0, 0.9);
+  const Verdict v = judged(e);
+  EXPECT_EQ(v.status, Status::rejected);
+  EXPECT_EQ(v.reason_code, ReasonCode::too_short) << v.reason;
+  EXPECT_NE(v.reason.find("nearly as closely"), std::string::npos) << v.reason;
+}
+
 TEST(Witnesses, SayWhatEachKnows) {
   Evidence e = goodView();
   e.with_candidates = 30;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "xview/types/localization.h"
@@ -110,6 +112,8 @@ struct VerdictModel {
 };
 
 std::array<double, kTerms> termsOf(const Statistics& statistics);
+/// By the terms, the second-best place and the covariance of the pose, in [0, 1].
+double confidenceOf(const Statistics& statistics, const VerdictModel& model);
 
 /// Dense score of a place, to compare the places of one query [nats]: inlier ratio above null, map
 /// overlap and free-space violation. For an out-of-map query a copy of the map is as good as the
@@ -167,7 +171,15 @@ double horizontalSigma(const Matrix6d& covariance);
 
 /// Makes it that of an answer.
 void setVerdict(Verdict verdict, Localization& answer);
-/// Takes an acceptance back: the answer is rejected, and likelier wrong than right.
-void refuse(ReasonCode code, std::string reason, Localization& answer);
+/// Takes the acceptance of a Verdict or a Localization back: it is rejected, and likelier wrong
+/// than right.
+template <class Judged>
+void refuse(ReasonCode code, std::string reason, Judged& judged) {
+  constexpr double kLessThanEven = 0.49;
+  judged.status = Status::rejected;
+  judged.confidence = std::min(judged.confidence, kLessThanEven);
+  judged.reason = std::move(reason);
+  judged.reason_code = code;
+}
 
 }  // namespace xview::verify
