@@ -4,7 +4,8 @@
 
 Discs of several radii are cut out of graphs of one visit and localized in those of another one, and in places elsewhere. Real
 graphs are the extracts of OpenStreetMap and the maps of poles of the data folder; graphs of simulated worlds, of the program's own
-simulator and of bench/other_worlds, are made of recordings at their true poses. Every place is a file of answers of its own, so
+simulator and of bench/other_worlds, are made of recordings at their true poses. Discs whose square tiles are exchanged for one
+another, so that no pose has more than a part of them in place, have no truth. Every place is a file of answers of its own, so
 that it can be left out. Beside each disc stands its true pose, DISC.truth.txt. What is there already is kept.
 """
 import argparse
@@ -24,6 +25,7 @@ OTHER = ("oldtown", "motorway", "carpark")
 REAL_RADII_M, SIMULATED_RADII_M = (40, 60, 100, 200), (20, 30, 45, 60)
 ONLY_GROUND = [f"--sessions.{name}=false" for name in ("aerial", "oblique", "elsewhere")]
 LEAST = 8  # vertices of a disc
+LEAST_EXCHANGED_M = 60  # smaller discs have a vertex or two in a tile
 REAL_DISCS, SIMULATED_DISCS = 30, 10  # of a radius
 
 
@@ -71,6 +73,22 @@ def without_truth(path, folder):
         shutil.copy(classes, folder / "classes.yaml")
     target = folder / f"{path.parent.name}_{path.name}"
     shutil.copy(path, target)
+    return target
+
+
+def with_tiles_exchanged(path, radius_m, folder):
+    """The disc with its square tiles, a third of the radius wide, in random order, as a file beside which no truth stands."""
+    target = without_truth(path, folder)
+    header, vertices = worlds.read_ply(target)
+    side_m = radius_m / 3
+    tiles = sorted({(v[0] // side_m, v[1] // side_m) for v in vertices})
+    moved = dict(zip(tiles, worlds.random_of("tiles", path.name).sample(tiles, len(tiles))))
+    for v in vertices:
+        tile = v[0] // side_m, v[1] // side_m
+        for axis in (0, 1):
+            v[axis] += side_m * (moved[tile][axis] - tile[axis])
+    lines = [" ".join([f"{x:.4f}" for x in v[:3]] + [str(x) for x in v[3:]]) for v in vertices]
+    target.write_text("\n".join([*header, "end_header", *lines, ""]))
     return target
 
 
@@ -136,6 +154,8 @@ def main():
             continue
         queries = [path for _, paths in here for path in paths]
         queries += [without_truth(path, arguments.work / "elsewhere" / name) for _, paths in elsewhere for path in paths]
+        queries += [with_tiles_exchanged(path, radius_m, arguments.work / "exchanged" / name)
+                    for radius_m, paths in here for path in paths if radius_m >= LEAST_EXCHANGED_M]
         if not queries:
             continue
         text = run(arguments.program, "localize", "--json", "-q", "--threads", 1, *queries, place, codes=(0, 3))

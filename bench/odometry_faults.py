@@ -107,7 +107,9 @@ def faults(unit, first, last, rng):
     d = rng.uniform(-np.pi, np.pi)
     yield "jump and turn", lambda T, d=d: jumped(
         T, last - 6, 12 * unit * np.array([np.cos(d), np.sin(d), 0]), np.radians(40))
-    yield "stands still at the end", lambda T: [T[min(i, last - 10)] if i < last else T[i] for i in range(len(T))]
+    for k in (4, 7, 10, 20):
+        yield f"stands still for the last {k} frames", lambda T, k=k: [
+            T[min(i, last - k)] if i < last else T[i] for i in range(len(T))]
     yield "every second pose stale", lambda T: [T[i // 2 * 2] for i in range(len(T))]
     yield "shifted by 3 frames", lambda T: T[3:] + [T[-1]] * 3
     yield "reversed", lambda T: T[:first] + T[first:last][::-1] + T[last:]
@@ -115,7 +117,7 @@ def faults(unit, first, last, rng):
         yield f"length {share:+.0%}", lambda T, s=share: drifted(T, s)
     for rate in (0.5, 2):
         yield f"heading {rate} deg/m", lambda T, r=rate: drifted(T, 0, np.radians(r / unit ** 0.5))
-    for rate in (0.2, 1):
+    for rate in (0.2, 0.7, 1, 1.4):
         yield f"roll {rate} deg/m", lambda T, r=rate: drifted(T, 0, 0, np.radians(r / unit ** 0.5))
 
 

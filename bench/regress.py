@@ -10,6 +10,9 @@ time and peak memory of localize; those and the size of the map.
 Every run of the program is kept in --work by what it depends on: the bytes of the program and of its inputs, and its
 flags. So a check that was broken off goes on where it stopped; scores are always computed anew. Wall times are not
 compared, since other work on the machine is in them. Exit code 1 if something is worse than in the stored table.
+
+The answers of every query, without times, and the bytes of every map are kept by the commit that is checked out, in
+--work/answers. --same COMMIT compares with those of another one, byte for byte; exit code 1 if any differ.
 """
 import argparse
 import csv
@@ -373,6 +376,73 @@ def by_world(lines):
     return table
 
 
+# ---- Byte for byte ----
+
+TIMES_AND_PATHS = ("timing_ms", "map")  # of an answer: what differs from run to run and from program to program
+
+
+def commit_of(root, name="HEAD"):
+    """Abbreviated; with a mark if HEAD was changed since."""
+    def git(*words):
+        return subprocess.run(["git", "-C", str(root), *words], check=True, capture_output=True, text=True).stdout.strip()
+    commit = git("rev-parse", "--short=10", name)
+    return f"{commit}-changed" if name == "HEAD" and git("status", "--porcelain", "--untracked-files=no") else commit
+
+
+def answers_of(row, runs, runner, extra_map):
+    """Of a row: the bytes of its maps and each answer as text."""
+    maps, texts = [], []
+    for part, (localized, _) in zip(row.parts, runs):
+        file = runner.maps / f"{runner.map_key(part.map, extra_map)}.xvm"
+        maps.append(hashlib.sha256(file.read_bytes()).hexdigest() if file.exists() else "")
+        for answer in localized["answers"] if localized else []:
+            texts.append(json.dumps({k: v for k, v in answer.items() if k not in TIMES_AND_PATHS}))
+    return {"maps": maps, "answers": texts}
+
+
+def differing_keys(one, other):
+    one, other = json.loads(one), json.loads(other)
+    return [key for key in sorted({*one, *other}) if one.get(key) != other.get(key)]
+
+
+def difference(now, was):
+    """In words, empty if there is none."""
+    said = []
+    if now["maps"] != was["maps"]:
+        said.append(f"{sum(a != b for a, b in zip(now['maps'], was['maps']))} of {len(now['maps'])} maps")
+    pairs = list(zip(now["answers"], was["answers"]))
+    changed = [(a, b) for a, b in pairs if a != b]
+    if len(now["answers"]) != len(was["answers"]):
+        said.append(f"{len(now['answers'])} answers, not {len(was['answers'])}")
+    if changed:
+        said.append(f"{len(changed)} of {len(pairs)} answers, the first in {', '.join(differing_keys(*changed[0]))}")
+    return "; ".join(said)
+
+
+def compare_answers(kept, arguments):
+    """Keeps the answers, and says which differ from those of the other commit; true if any do."""
+    folder = arguments.work / "answers"
+    folder.mkdir(exist_ok=True)
+    commit = commit_of(arguments.root)
+    file = folder / f"{commit}.json"
+    before = json.loads(file.read_text()) if file.exists() and "-changed" not in commit else {}
+    write_whole(file, json.dumps({**before, **kept}))
+    if not arguments.same:
+        return False
+    other = folder / f"{commit_of(arguments.root, arguments.same)}.json"
+    if not other.exists():
+        sys.exit(f"{other}: no answers are kept of {arguments.same}; check that commit out and run this there first")
+    was, is_different = json.loads(other.read_text()), False
+    for key, now in kept.items():
+        said = difference(now, was[key]) if key in was else "not kept there"
+        is_different |= bool(said)
+        if said:
+            print(f"differs: {key}: {said}")
+    print(f"{len(kept)} rows, {sum(len(row['answers']) for row in kept.values())} answers: "
+          f"{'not ' if is_different else ''}the same as of {arguments.same}")
+    return is_different
+
+
 # ---- The check ----
 
 
@@ -417,15 +487,16 @@ def run_all(runner, rows, arguments):
         maps = {runner.map_key(part.map, extra_map): part.map for row in rows for part in row.parts}
         list(pool.map(lambda place: runner.map(place, extra_map), maps.values()))
         runs_of = [pool.submit(lambda row: [runner.localize(p, extra, extra_map) for p in row.parts], r) for r in rows]
-        lines, started = [], time.monotonic()
+        lines, kept, started = [], {}, time.monotonic()
         for row, runs in zip(rows, runs_of):
             lines.append(line_of(row, runs.result(), runner.inputs(row)))
+            kept[" ".join(row[:3])] = answers_of(row, runs.result(), runner, extra_map)
             if arguments.answers:
                 with open(arguments.answers, "a") as file:
                     file.writelines(checked_answers(row, runs.result()))
             seconds = time.monotonic() - started
             print(f"{seconds:5.0f} s  {len(lines)} of {len(rows)}  {' '.join(row[:3])}", file=sys.stderr)
-    return lines
+    return lines, kept
 
 
 def arguments_of():
@@ -441,12 +512,14 @@ def arguments_of():
     add("--save", type=Path, metavar="FILE", help="store the table as CSV")
     add("--markdown", type=Path, metavar="FILE", help="store the sums over sessions as Markdown")
     add("--answers", type=Path, metavar="FILE", help="append the answers, for xview learn --verdict")
+    add("--same", metavar="COMMIT", help="compare answers and maps with those kept of it, byte for byte")
     add("--only", default="", metavar="REGEX", help="rows whose 'world session window' matches")
     add("--jobs", type=int, default=2, metavar="N", help="runs at a time, of one thread each; default 2")
     add("--with", dest="extra", default="", metavar="FLAGS", help="further flags of localize: --with '--method search'")
     add("--with-map", dest="extra_map", default="", metavar="FLAGS", help="further flags of map")
     add("--work", type=Path, metavar="DIR", default=root / "regress", help="where runs are kept; default regress/")
     arguments = parser.parse_args()
+    arguments.root = root
     for name in ("program", "work", "data"):
         setattr(arguments, name, getattr(arguments, name).resolve())
     return arguments
@@ -468,7 +541,7 @@ def rows_to_check(arguments):
 def main():
     arguments = arguments_of()
     rows, absent = rows_to_check(arguments)
-    lines = run_all(Runner(arguments.program, arguments.work), rows, arguments)
+    lines, kept = run_all(Runner(arguments.program, arguments.work), rows, arguments)
     baseline = read_table(arguments.baseline) if arguments.baseline.exists() else {}
     notes, said, is_worse = compare(
         lines, baseline, lambda key: re.search(arguments.only, " ".join(key)) and key[0] not in absent)
@@ -480,7 +553,8 @@ def main():
         save_table(arguments.save, lines)
     if arguments.markdown:
         arguments.markdown.write_text(table_markdown(by_world(lines)))
-    sys.exit(is_worse)
+    is_different = compare_answers(kept, arguments)
+    sys.exit(is_worse or is_different)
 
 
 if __name__ == "__main__":

@@ -160,7 +160,7 @@ def main():
     arguments = regress.arguments_of()
     rows, absent = regress.rows_to_check(arguments)
     runner = regress.Runner(arguments.program, arguments.work)
-    lines = regress.run_all(runner, rows, arguments)
+    lines, _ = regress.run_all(runner, rows, arguments)
     answers = [answer for row in rows for answer in answers_of(row, runner)]
     strangers = sum(a.stranger for a in answers)
     made = MADE.format(datetime.date.today(), len(answers) - strangers, strangers)

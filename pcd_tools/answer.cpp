@@ -58,6 +58,7 @@ void forEachStatistic(Values& s, Visit&& visit) {
   bool registered = dense.registered(), views = dense.of == Of::views;
   visit(Name("likelihood_margin", "lead"), s.likelihood_margin, Written::always);
   visit(Name("score_ratio", "agreement"), s.score_ratio, Written::always);
+  visit(Name("vertex_inlier_ratio"), s.vertex_inlier_ratio, Written::now);
   visit(Name("registered"), registered, Written::always);
   visit(Name("converged", "settled"), dense.converged, Written::always);
   visit(Name("views"), views, Written::always);

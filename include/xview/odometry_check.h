@@ -19,8 +19,9 @@ struct PreprocessedFrame;
 /// looks alike after any step) and asks how much of it lies where the frame before has seen
 /// something, if the sensor moved as the odometry says, as it moved before, or not at all. The
 /// odometry jumps where another motion explains clearly more, from one frame to the next or over
-/// some metres, where an unusual step leaves much less in place than usual steps do, and where a
-/// step is many times the usual one and the scans do not support it.
+/// some metres, or has nearly all points for it that tell both motions apart, where an unusual step
+/// leaves much less in place than usual steps do, where a step is many times the usual one and the
+/// scans do not support it, and where the ground leans more and more.
 /// What the scans cannot tell, e.g. a small error of length, is no jump. Steps are found in order
 /// and the result depends on nothing but the frames.
 class OdometryCheck {

@@ -591,6 +591,7 @@ verify::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& reg
     const PlacePose &here = places[0].centre, &there = places[1].centre;
     e.second_best_distance_m = std::hypot(here.x - there.x, here.y - there.y);
   }
+  e.paired = static_cast<int>(pairsAt(0, found).size());
   if (found.matches.empty() || found.matches[0].poses.empty()) return e;
   const MatchedPose& chain = found.matches[0].poses[0];
   e.kept = static_cast<int>(chain.kept.size());

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/odometry_check.h"
 
+#include <pcl/common/centroid.h>
+
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -29,6 +32,8 @@ constexpr std::size_t kAsked = 1000, kFewestAsked = 200;  ///< points of a frame
 /// odometry, and how far it must be from it: depth errors that go with the camera look like a
 /// sensor that stands.
 constexpr double kExplains = 0.5, kClearlyMore = 0.35, kLeastOff_m = 2.5;
+/// How far the sensor must have moved on where the odometry stands, if all telling points say so.
+constexpr double kLeastOffStuck_m = 1;
 /// Share of the points that lie in place for a sensor that stands: an avenue whose trees stand as
 /// far apart as the sensor moved has fewer. Where the odometry stands and fewer points lie in
 /// place, another motion must exceed it by this share.
@@ -43,13 +48,18 @@ constexpr double kUnusual_m = 2, kUnusualSteps = 2;
 constexpr double kTurn_rad = 0.5;
 /// Multiple of the usual step that is believed only if the scans support it.
 constexpr double kWildSteps = 8;
-constexpr double kLeastMove_m = 0.5;  ///< of a sensor that does not stand
+/// Of a sensor that does not stand.
+constexpr double kLeastMove_m = 0.5, kLeastTurn_rad = 0.05;
 /// A frame to which later ones are compared is left behind after such a way, but not after fewer
 /// steps than these, and at the latest after so many.
 constexpr double kAnchorEvery_m = 4;
 constexpr int kFewestSince = 4, kMostSince = 40;
-constexpr double kMuchLess = 0.5;  ///< share of what usual steps leave in place
+constexpr double kMuchLess = 0.5;  ///< share of what usual steps leave in place, or would now
 constexpr std::size_t kUsualSteps = 16, kFewestSteps = 3;
+/// The odometry rolls if the ground turns by more within so long a way, in the median of so many
+/// frames: hills and ramps of drives turn by up to 13 degrees there.
+constexpr double kMostLean_rad = 0.3, kLeanWithin_m = 40;
+constexpr std::size_t kLeanFrames = 5;
 
 using Points = std::vector<std::pair<Eigen::Vector3f, std::uint32_t>>;  ///< and their labels
 
@@ -78,27 +88,67 @@ class Sight {
 struct Look {
   Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
   std::int64_t number = 0;  ///< of the frame
+  double stamp_s = 0;
   Points points;
   Sight sight;
+  std::optional<Eigen::Vector3d> ground;  ///< its normal, up; none if too little of it is seen
   bool aerial = false;
   double side_m = kLeastSide_m;
 };
+
+/// The normal of the ground plane, up; none if few points show it or they lie on a line. Points
+/// that are not in the plane (kerbs, wrong labels) are left out of the second and third fit.
+std::optional<Eigen::Vector3d> groundNormal(const pcl::PointCloud<Point>& points,
+                                            pcl::Indices ground) {
+  constexpr std::size_t kFewest = 50;
+  constexpr int kFits = 3;
+  constexpr double kLeastWidth_m = 1, kFlat = 0.2;  ///< standard deviations: across, off to across
+  constexpr double kOutliers = 2.5;                 ///< medians off the plane
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (int fit = 0; fit < kFits; ++fit) {
+    Eigen::Matrix3d covariance;
+    Eigen::Vector4d mean;
+    if (ground.size() < kFewest ||
+        pcl::computeMeanAndCovarianceMatrix(points, ground, covariance, mean) == 0)
+      return std::nullopt;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+    const double across_m = std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
+    if (across_m < kLeastWidth_m || std::sqrt(axes.eigenvalues()[0]) > kFlat * across_m)
+      return std::nullopt;
+    normal = axes.eigenvectors().col(0);
+    const auto offPlane_m = [&](int i) {
+      return std::abs(normal.dot(points[i].getVector3fMap().cast<double>() - mean.head<3>()));
+    };
+    std::vector<double> off_m;
+    for (const int i : ground) off_m.push_back(offPlane_m(i));
+    const double most_m = kOutliers * medianOf(std::move(off_m));
+    ground.erase(
+        std::remove_if(ground.begin(), ground.end(), [&](int i) { return offPlane_m(i) > most_m; }),
+        ground.end());
+  }
+  return normal.z() < 0 ? -normal : normal;
+}
 
 Look lookOf(const PreprocessedFrame& frame, const LabelSet& labels) {
   Look look;
   look.T_odom_sensor = frame.T_odom_sensor;
   look.number = frame.number;
+  look.stamp_s = frame.stamp_s;
   look.aerial = frame.aerial;
   const auto sensor = (frame.T_odom_sensor.translation() - frame.cloud.origin).cast<float>().eval();
   const auto reach = static_cast<float>(frame.aerial ? INFINITY : kReach_m);
   std::vector<float> sigmas;
+  pcl::Indices ground;
   for (const Point& p : frame.cloud.points) {
     if (labels.role(p.label) == Role::ignored) continue;
     if (!frame.aerial && p.sigma > kMostSigma_m) continue;
     const Eigen::Vector3f from_sensor = p.getVector3fMap() - sensor;
     if (!(from_sensor.squaredNorm() <= reach * reach)) continue;
     look.sight.add(from_sensor);
-    if (!frame.aerial && isGround(labels.kind(p.label))) continue;
+    if (!frame.aerial && isGround(labels.kind(p.label))) {
+      ground.push_back(static_cast<int>(&p - frame.cloud.points.data()));
+      continue;
+    }
     look.points.emplace_back(from_sensor, p.label);
     sigmas.push_back(p.sigma);
   }
@@ -107,6 +157,7 @@ Look lookOf(const PreprocessedFrame& frame, const LabelSet& labels) {
   else if (!sigmas.empty())
     look.side_m =
         std::clamp(kSidePerSigma * medianOf(std::move(sigmas)), kLeastSide_m, kMostSide_m);
+  look.ground = groundNormal(frame.cloud.points, std::move(ground));
   return look;
 }
 
@@ -155,6 +206,8 @@ class SeenCells {
 
 /// How much of a look lies where the one before has seen something, after a motion.
 struct InPlace {
+  enum class Of : std::uint8_t { unseen, empty, found };  ///< a point, in the look before
+  std::vector<Of> points;
   double of_all = 0;
   double of_overlap = 0;  ///< of the points in sight of the look before; NaN if they are few
 };
@@ -167,17 +220,42 @@ InPlace inPlaceAfter(const Eigen::Isometry3d& T_before_now, const SeenCells& bef
   T.linear() = R_odom_before * T_before_now.linear() * now.T_odom_sensor.linear().transpose();
   T.translation() = R_odom_before * T_before_now.translation();
   const Eigen::Isometry3f T_float = T.cast<float>();
+  InPlace result;
   std::size_t overlap = 0, found = 0;
   for (const auto& [p, label] : asked) {
     const Eigen::Vector3f moved = T_float * p;
-    if (!look_before.sight.reaches(moved)) continue;
-    ++overlap;
-    found += before.holdNear(moved, label);
+    InPlace::Of of = InPlace::Of::unseen;
+    if (look_before.sight.reaches(moved)) {
+      ++overlap;
+      of = before.holdNear(moved, label) ? InPlace::Of::found : InPlace::Of::empty;
+      found += of == InPlace::Of::found;
+    }
+    result.points.push_back(of);
   }
   const auto share = [&](std::size_t of) {
     return static_cast<double>(found) / static_cast<double>(of);
   };
-  return {share(asked.size()), overlap >= kFewestAsked ? share(overlap) : NAN};
+  result.of_all = share(asked.size());
+  result.of_overlap = overlap >= kFewestAsked ? share(overlap) : NAN;
+  return result;
+}
+
+/// Points that lie in place after one motion and not after another one, in sight after both.
+std::size_t telling(const InPlace& one, const InPlace& other) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < one.points.size(); ++i)
+    count += one.points[i] == InPlace::Of::found && other.points[i] == InPlace::Of::empty;
+  return count;
+}
+
+/// Walls along the way lie in place after any motion along them. Of the points that tell two
+/// motions apart nearly all speak for the other one.
+bool allTellingPointsAreFor(const InPlace& other, const InPlace& odometry) {
+  constexpr std::size_t kFewestTelling = 20;
+  constexpr std::size_t kTimesMore = 4, kByChance = 2;
+  const std::size_t in_favour = telling(other, odometry);
+  return in_favour >= kFewestTelling &&
+         in_favour >= kTimesMore * (telling(odometry, other) + kByChance);
 }
 
 double distanceBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -195,6 +273,8 @@ struct OdometryCheck::State {
     std::optional<double> off_m;
     if (added > 0) off_m = offSinceLast(now, asked);
     if (!off_m && added > 0) off_m = offSinceAnchor(now, asked);
+    if (!off_m) off_m = offByLean(now);
+    if (off_m) grounds.clear();
     if (added == 0 || off_m || !anchor) beginAt(now);
     before = std::move(now);
     ++added;
@@ -207,15 +287,25 @@ struct OdometryCheck::State {
   std::optional<double> offSinceLast(const Look& now, const Points& asked) {
     const Eigen::Isometry3d step = stepBetween(before, now);
     // Where frames between are missing, a step may be longer than others.
-    const bool is_whole = !last_count || now.number - before.number <= *last_count;
-    InPlace in_place{0, NAN};
+    constexpr double kPause = 1.5;
+    const double gap_s = now.stamp_s - before.stamp_s;
+    const bool is_whole = !last_count || (now.number - before.number <= *last_count &&
+                                          gap_s <= kPause * std::max(last_gap_s, 0.0));
+    InPlace in_place;
+    in_place.of_overlap = NAN;
     if (tell(before, now, asked)) {
       std::vector<Eigen::Isometry3d> others{Eigen::Isometry3d::Identity()};
       if (last_step) others.push_back(*last_step);
-      if (last_move) others.push_back(*last_move);
+      if (last_move) {
+        others.push_back(*last_move);
+        // An odometry that slips around a corner knows how far it turned.
+        others.push_back(*last_move);
+        others.back().linear() = step.linear();
+      }
       if (const auto off_m = offBy(before, now, asked, others, false, in_place)) return off_m;
       if (is_whole && isUnusual(step) && usual_in_place.size() >= kFewestSteps &&
-          in_place.of_overlap < kMuchLess * usual(usual_in_place))
+          (in_place.of_overlap < kMuchLess * usual(usual_in_place) ||
+           (most_by_others >= kExplains && in_place.of_all < kMuchLess * most_by_others)))
         return distanceBetween(step, *last_step);
       if (std::isfinite(in_place.of_overlap)) usual_in_place.push_back(in_place.of_overlap);
       if (usual_in_place.size() > kUsualSteps) usual_in_place.pop_front();
@@ -224,6 +314,7 @@ struct OdometryCheck::State {
       return distanceBetween(step, *last_step);
     last_step = step;
     last_count = now.number - before.number;
+    last_gap_s = gap_s;
     steps_m.push_back(step.translation().norm());
     if (steps_m.size() > kUsualSteps) steps_m.pop_front();
     if (step.translation().norm() >= kLeastMove_m) last_move = step;
@@ -242,10 +333,49 @@ struct OdometryCheck::State {
       return std::nullopt;
     std::optional<double> off_m;
     InPlace in_place;
-    if (tell(*anchor, now, asked))
-      off_m = offBy(*anchor, now, asked, {Eigen::Isometry3d::Identity(), moved_on}, true, in_place);
+    std::vector<Eigen::Isometry3d> others{moved_on};
+    if (!movesStepByStep()) others.push_back(Eigen::Isometry3d::Identity());
+    if (tell(*anchor, now, asked)) off_m = offBy(*anchor, now, asked, others, true, in_place);
     anchor.reset();
     return off_m;
+  }
+
+  /// How far the odometry is bent off since some way ago, if the ground leans since then.
+  std::optional<double> offByLean(const Look& now) {
+    if (added > 0) travelled_m += stepBetween(before, now).translation().norm();
+    if (!now.ground) return std::nullopt;
+    grounds.push_back({travelled_m, *now.ground});
+    while (travelled_m - grounds.front().at_m > kLeanWithin_m) grounds.pop_front();
+    if (grounds.size() < 2 * kLeanFrames) return std::nullopt;
+    const double lean_rad = std::acos(
+        std::clamp(medianNormal(0).dot(medianNormal(grounds.size() - kLeanFrames)), -1.0, 1.0));
+    if (lean_rad < kMostLean_rad) return std::nullopt;
+    return lean_rad * (travelled_m - grounds.front().at_m) / 2;
+  }
+  /// Median of each coordinate over some frames.
+  Eigen::Vector3d medianNormal(std::size_t first) const {
+    Eigen::Vector3d normal;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (std::size_t i = first; i < first + kLeanFrames; ++i)
+        values.push_back(grounds[i].normal[axis]);
+      normal[axis] = medianOf(std::move(values));
+    }
+    return normal.normalized();
+  }
+
+  /// Over several steps posts of a road may take one another's place, as if the sensor stood. From
+  /// step to step they do not.
+  bool movesStepByStep() const {
+    constexpr std::size_t kFewest = 40;
+    return for_steps >= kFewest && 2 * for_steps >= for_standing;
+  }
+  void tallyStep(const Eigen::Isometry3d& step, const SeenCells& cells, const InPlace& in_place,
+                 const Look& now, const Points& asked) {
+    if (step.translation().norm() < kLeastMove_m) return;
+    const InPlace standing = inPlaceAfter(Eigen::Isometry3d::Identity(), cells, before, now, asked);
+    for_steps += telling(in_place, standing);
+    for_standing += telling(standing, in_place);
   }
 
   void beginAt(const Look& look) {
@@ -253,6 +383,7 @@ struct OdometryCheck::State {
     move_at_anchor = last_move;
     moved_on = Eigen::Isometry3d::Identity();
     since_anchor = 0;
+    for_steps = for_standing = 0;
   }
 
   static Eigen::Isometry3d stepBetween(const Look& a, const Look& b) {
@@ -265,11 +396,12 @@ struct OdometryCheck::State {
   /// How far the odometry is from the best of other motions, if that explains clearly more.
   std::optional<double> offBy(const Look& from, const Look& now, const Points& asked,
                               const std::vector<Eigen::Isometry3d>& others, bool may_leave,
-                              InPlace& in_place) const {
+                              InPlace& in_place) {
     const Eigen::Isometry3d step = stepBetween(from, now);
     const SeenCells cells(from);
     in_place = inPlaceAfter(step, cells, from, now, asked);
-    if (in_place.of_all >= kInPlace) return std::nullopt;
+    if (!may_leave) tallyStep(step, cells, in_place, now, asked);
+    if (may_leave && in_place.of_all >= kInPlace) return std::nullopt;
     // A step that leaves the sight of the look before is a jump if another one does not; a way may
     // leave it.
     const bool overlaps = std::isfinite(in_place.of_overlap);
@@ -279,13 +411,26 @@ struct OdometryCheck::State {
     double most = std::max(kExplains, (only_odometry_stands ? kMoreThanStanding : kClearlyMore) +
                                           (overlaps ? in_place.of_overlap : in_place.of_all));
     std::optional<double> off_m;
+    most_by_others = 0;
     for (const Eigen::Isometry3d& other : others) {
       const double apart_m = distanceBetween(other, step);
-      if (apart_m < kLeastOff_m) continue;
+      const bool moves = other.translation().norm() >= kLeastMove_m;
+      const bool is_clear = apart_m >= kLeastOff_m;
+      const bool is_stuck = moves && step.translation().norm() < kLeastMove_m &&
+                            rotationBetween(step, Eigen::Isometry3d::Identity()) < kLeastTurn_rad;
+      if (!is_clear && !(is_stuck && apart_m >= kLeastOffStuck_m)) continue;
       if (rotationBetween(other, step) > kTurn_rad && (may_leave || !isLong(step))) continue;
-      const double explained = inPlaceAfter(other, cells, from, now, asked).of_overlap;
-      if (!(explained >= most)) continue;
-      if (other.translation().norm() < kLeastMove_m && explained < kStands) continue;
+      const InPlace by_other = inPlaceAfter(other, cells, from, now, asked);
+      const double explained = by_other.of_overlap;
+      if (moves && !now.aerial) most_by_others = std::max(most_by_others, by_other.of_all);
+      if (!moves) {
+        if (!(explained >= std::max(most, kStands))) continue;
+      } else if (!(explained >= most && is_clear)) {
+        // Over more than a step houses of a street may take one another's place, and from the air
+        // what is parked.
+        if (off_m || may_leave || now.aerial || !(explained >= kExplains)) continue;
+        if (!allTellingPointsAreFor(by_other, in_place)) continue;
+      }
       most = explained;
       off_m = apart_m;
     }
@@ -315,11 +460,20 @@ struct OdometryCheck::State {
   std::size_t added = 0;
   std::optional<Eigen::Isometry3d> last_step, last_move;  ///< that the scans did not contradict
   std::optional<std::int64_t> last_count;  ///< frame numbers from one to the next there
-  std::deque<double> steps_m;              ///< their lengths
-  std::deque<double> usual_in_place;       ///< of the overlap
+  double last_gap_s = 0;
+  double most_by_others = 0;          ///< share of all points, by another motion of the last step
+  std::deque<double> steps_m;         ///< their lengths
+  std::deque<double> usual_in_place;  ///< of the overlap
+  struct Ground {
+    double at_m;  ///< of the way
+    Eigen::Vector3d normal;
+  };
+  std::deque<Ground> grounds;  ///< since the last jump
+  double travelled_m = 0;
   std::optional<Look> anchor;
   std::optional<Eigen::Isometry3d> move_at_anchor;
   Eigen::Isometry3d moved_on = Eigen::Isometry3d::Identity();  ///< since then, at that pace
+  std::size_t for_steps = 0, for_standing = 0;                 ///< telling points since then
   int since_anchor = 0;                                        ///< steps
 };
 

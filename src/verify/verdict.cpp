@@ -304,6 +304,8 @@ Statistics statisticsOf(const Evidence& e) {
   s.of_surfaces = e.of_surfaces;
   s.likelihood_margin = likelihoodMarginOver(e.runner_up, e);
   s.score_ratio = scoreRatioOf(e);
+  if (e.vertices > 0)
+    s.vertex_inlier_ratio = std::clamp(e.paired / static_cast<double>(e.vertices), kLeast, 1.0);
   s.map_coverage = std::clamp(e.map_coverage, kLeast, 1.0);
   s.dense = e.dense;
   s.sigma_m = e.sigma_m;
@@ -317,7 +319,7 @@ double EvidenceWeights::logOdds(const std::array<double, kTerms>& terms) const {
 
 std::array<double, kTerms> termsOf(const Statistics& s) {
   // A street has hundreds of nats in views, so theirs weigh less than those of vertices.
-  constexpr double kWeightOfLikelihood = 0.2, kWeightOfViews = 0.6;
+  constexpr double kWeightOfLikelihood = 0.2, kWeightOfViews = 0.5;
   constexpr double kInlierNoise = 0.03, kPointsPerSample = 2.5, kWeightOfConflict = 0.5;
   std::array<double, kTerms> terms{};
   terms[kConstant] = 1;
@@ -326,7 +328,7 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   if (!dense.registered()) {
     terms[kMargin] = s.of_surfaces
                          ? kWeightOfViews * (log_likelihood_margin + std::log(s.score_ratio))
-                         : log_likelihood_margin;
+                         : log_likelihood_margin + std::log(s.vertex_inlier_ratio);
     return terms;
   }
   terms[kMargin] = std::log(std::min(s.dense_margin, kMostDenseMargin) - kLeastDenseMargin + 1) +

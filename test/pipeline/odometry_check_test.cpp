@@ -71,36 +71,41 @@ TEST(OdometryCheck, ALongStepOverMissingFramesIsNoJump) {
     frames.insert(frames.end(), all.begin() + 12 + static_cast<std::ptrdiff_t>(missing), all.end());
     EXPECT_TRUE(jumpsOf(frames).empty()) << missing << " frames are missing";
     for (std::size_t i = 0; i < frames.size(); ++i) frames[i].number = static_cast<int>(i);
+    EXPECT_TRUE(jumpsOf(frames).empty()) << missing << " frames' time in one step";
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      frames[i].stamp_s = 0.1 * static_cast<double>(i);
     EXPECT_FALSE(jumpsOf(frames).empty()) << missing << " frames' way in one step";
   }
 }
 
-/// What a camera sees that turns by a right angle where two streets between walls cross.
-std::vector<PreprocessedFrame> aroundACorner() {
-  std::vector<Eigen::Vector3d> walls;
-  for (double s = -60; s <= 60; s += 0.25) {
-    if (std::abs(s) < 5) continue;
-    for (double z = 0.5; z < 4; z += 0.5) {
-      for (const double side : {-5., 5.}) {
-        walls.emplace_back(s, side, z);
-        walls.emplace_back(side, s, z);
-      }
-    }
-  }
-  std::vector<Eigen::Isometry3d> poses;
-  for (double x = -30; x < 0; x += 3) poses.push_back(poseFromYaw({x, 0, 1}, 0));
-  for (double y = 3; y <= 30; y += 3) poses.push_back(poseFromYaw({0, y, 1}, M_PI / 2));
+constexpr std::uint32_t kWall = 2, kFloor = 3;
+
+LabelSet wallsAndFloor() {
+  return test::labelSetOf("walls", {{kWall, "wall", Role::surface, Kind::building},
+                                    {kFloor, "floor", Role::surface, Kind::terrain}});
+}
+
+struct Seen {
+  Eigen::Vector3d at;
+  std::uint32_t label = kWall;
+};
+
+/// What a camera that looks along its x axis sees from these poses, where the odometry says that
+/// they are others.
+std::vector<PreprocessedFrame> framesAt(const std::vector<Eigen::Isometry3d>& poses,
+                                        const std::vector<Eigen::Isometry3d>& odometry,
+                                        const std::vector<Seen>& world) {
   std::vector<PreprocessedFrame> frames;
-  for (const Eigen::Isometry3d& T : poses) {
+  for (std::size_t i = 0; i < poses.size(); ++i) {
     PreprocessedFrame frame;
-    frame.number = static_cast<int>(frames.size());
-    frame.T_odom_sensor = T;
-    for (const Eigen::Vector3d& wall : walls) {
-      const Eigen::Vector3d seen = T.inverse() * wall;
+    frame.number = static_cast<int>(i);
+    frame.T_odom_sensor = odometry[i];
+    for (const Seen& thing : world) {
+      const Eigen::Vector3d seen = poses[i].inverse() * thing.at;
       if (seen.x() < std::abs(seen.y()) || seen.norm() > 25) continue;
       Point point;
-      point.getVector3fMap() = wall.cast<float>();
-      point.label = 2;
+      point.getVector3fMap() = (odometry[i] * seen).cast<float>();
+      point.label = thing.label;
       point.sigma = 0.05F;
       frame.cloud.points.push_back(point);
     }
@@ -109,13 +114,109 @@ std::vector<PreprocessedFrame> aroundACorner() {
   return frames;
 }
 
+std::optional<OdometryJump> firstJump(const std::vector<PreprocessedFrame>& frames) {
+  OdometryCheck odometry(wallsAndFloor());
+  for (const PreprocessedFrame& frame : frames) {
+    if (const auto jump = odometry.add(frame)) return jump;
+  }
+  return std::nullopt;
+}
+
+/// Two streets between walls, which cross.
+std::vector<Seen> crossing() {
+  std::vector<Seen> walls;
+  for (double s = -60; s <= 60; s += 0.25) {
+    if (std::abs(s) < 5) continue;
+    for (double z = 0.5; z < 4; z += 0.5) {
+      for (const double side : {-5., 5.}) {
+        walls.push_back({{s, side, z}});
+        walls.push_back({{side, s, z}});
+      }
+    }
+  }
+  return walls;
+}
+
 /// Check fix for: drives around a corner of a narrow street could not be mapped.
 TEST(OdometryCheck, ACornerBehindWhichTheStreetLooksAlikeIsNoJump) {
-  OdometryCheck odometry(test::labelSetOf("walls", {{2, "wall", Role::surface, Kind::building}}));
-  for (const PreprocessedFrame& frame : aroundACorner()) {
-    const auto jump = odometry.add(frame);
-    EXPECT_FALSE(jump) << "at frame " << frame.number;
+  std::vector<Eigen::Isometry3d> poses;
+  for (double x = -30; x < 0; x += 3) poses.push_back(poseFromYaw({x, 0, 1}, 0));
+  for (double y = 3; y <= 30; y += 3) poses.push_back(poseFromYaw({0, y, 1}, M_PI / 2));
+  const auto jump = firstJump(framesAt(poses, poses, crossing()));
+  EXPECT_FALSE(jump) << "at frame " << jump->frame;
+}
+
+/// A street between walls without openings, with posts at uneven distances.
+std::vector<Seen> street() {
+  std::vector<Seen> world;
+  for (double x = -10; x <= 90; x += 0.25) {
+    for (double z = 0.5; z < 4; z += 0.5) {
+      for (const double side : {-3., 3.}) world.push_back({{x, side, z}});
+    }
   }
+  for (double x = 0; x <= 90; x += 4 + std::fmod(1.7 * x, 3)) {
+    for (double z = 0.3; z < 3; z += 0.1) world.push_back({{x, std::fmod(x, 2) - 1, z}});
+  }
+  return world;
+}
+
+/// Check fix for: walls along the way lie in place after any motion along them, so that 13 of 240
+/// poses in an office were accepted 0.8 m off.
+TEST(OdometryCheck, FindsASlipAlongWalls) {
+  constexpr std::size_t kSlip = 12;
+  for (const double slip_m : {-3.2, 3.2}) {
+    std::vector<Eigen::Isometry3d> poses, odometry;
+    for (int i = 0; i < 25; ++i) {
+      poses.push_back(poseFromYaw({1.6 * i, 0, 1}, 0));
+      odometry.push_back(poses.back());
+      if (poses.size() > kSlip) odometry.back().translation().x() += slip_m;
+    }
+    EXPECT_FALSE(firstJump(framesAt(poses, poses, street())));
+    const auto jump = firstJump(framesAt(poses, odometry, street()));
+    ASSERT_TRUE(jump) << slip_m;
+    EXPECT_EQ(jump->position, kSlip);
+    EXPECT_NEAR(jump->off_m, 3.2, 0.1);
+  }
+}
+
+/// Check fix for: poses that stood still for the last four frames were accepted 6 m off.
+TEST(OdometryCheck, FindsAnOdometryThatStandsFromTheFirstStepOn) {
+  constexpr std::size_t kStuck = 12;
+  std::vector<Eigen::Isometry3d> poses, odometry;
+  for (int i = 0; i < 25; ++i) {
+    poses.push_back(poseFromYaw({1.6 * i, 0, 1}, 0));
+    odometry.push_back(poses[std::min<std::size_t>(i, kStuck - 1)]);
+  }
+  const auto jump = firstJump(framesAt(poses, odometry, street()));
+  ASSERT_TRUE(jump);
+  EXPECT_EQ(jump->position, kStuck);
+  EXPECT_FALSE(firstJump(framesAt(odometry, odometry, street()))) << "the sensor stands";
+}
+
+/// Check fix for: an odometry that rolls by 1 degree per metre was accepted 6 m off.
+TEST(OdometryCheck, FindsARollButNoHill) {
+  std::vector<Eigen::Isometry3d> poses, rolling, uphill;
+  std::vector<Seen> world = street(), hill;
+  for (double x = -10; x <= 90; x += 0.5) {
+    for (double y = -3; y <= 3; y += 0.5) world.push_back({{x, y, 0}, kFloor});
+  }
+  const auto heightOf = [](double x) { return 8 * std::sin(x / 40); };  // slopes up to 11 degrees
+  for (Seen thing : world) {
+    thing.at.z() += heightOf(thing.at.x());
+    hill.push_back(thing);
+  }
+  for (int i = 0; i < 30; ++i) {
+    const double x = 1.6 * i;
+    poses.push_back(poseFromYaw({x, 0, 1}, 0));
+    rolling.push_back(poses.back());
+    rolling.back().rotate(Eigen::AngleAxisd(0.0175 * x, Eigen::Vector3d::UnitX()));
+    uphill.push_back(poseFromYaw({x, 0, 1 + heightOf(x)}, 0));
+  }
+  EXPECT_FALSE(firstJump(framesAt(poses, poses, world)));
+  EXPECT_FALSE(firstJump(framesAt(uphill, uphill, hill)));
+  const auto jump = firstJump(framesAt(poses, rolling, world));
+  ASSERT_TRUE(jump);
+  EXPECT_GT(jump->off_m, 1);
 }
 
 TEST(OdometryCheck, FindsAnOdometryThatIsStuck) {
@@ -128,7 +229,7 @@ TEST(OdometryCheck, FindsAnOdometryThatIsStuck) {
   }
   frames.resize(kLast);
   ASSERT_FALSE(jumpsOf(frames).empty());
-  EXPECT_LE(jumpsOf(frames)[0].position, kJump + 6) << "it is off by a step more with each frame";
+  EXPECT_EQ(jumpsOf(frames)[0].position, kJump);
 }
 
 TEST(OdometryCheck, AQueryBeginsBehindTheJump) {

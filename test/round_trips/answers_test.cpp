@@ -23,6 +23,7 @@ Statistics anyStatistics() {
   Statistics s;
   s.likelihood_margin = *test::anyLength(1e4);
   s.score_ratio = *test::anyLength(1);
+  s.vertex_inlier_ratio = *test::anyLength(1);
   s.map_coverage = *test::anyLength(1);
   s.dense_margin = *test::anyNumber(50);
   s.wrong_place_above_null = *test::anyNumber(1);

@@ -181,6 +181,9 @@ struct Statistics {
   double likelihood_margin =
       0;                    ///< (s1 - s2) ln(s1 / s2) of the best two places, with noise [nats]
   double score_ratio = 1;   ///< share of the score that a true pose would have, in (0, 1]
+  /// Share of the vertices of the query with a partner in the map at the best place, in (0, 1]; 1 if
+  /// it has none.
+  double vertex_inlier_ratio = 1;
   double map_coverage = 1;  ///< share of the query where the map was seen, in (0, 1]
   double dense_margin =
       0;  ///< of dense scores, over the second-best place; see verify::denseScore [nats]

@@ -60,6 +60,7 @@ struct Evidence : PlaceEvidence {
   double travel_m = 0;                ///< of the query; 0 = it stood
 
   int vertices = 0;            ///< of the query, as the walks see it
+  int paired = 0;              ///< of these, how many have a partner at the best place
   int kept = 0;                ///< correspondences that survive sample consensus at the best place
   int with_candidates = 0;     ///< vertices that had a candidate there
   double kept_under_null = 0;  ///< how many of these would keep one at a wrong place
@@ -78,7 +79,8 @@ Statistics statisticsOf(const Evidence& evidence);
 /// measured is as usual.
 enum Term : std::size_t {
   kConstant,
-  kMargin,       ///< logarithms of the margins over the other places of the query, its null sample
+  kMargin,       ///< logarithms of the margins over the other places of the query, its null sample;
+                 ///< of bare graphs times the share of vertices that are found
   kInlierRatio,  ///< logarithm of the inlier ratio above null over that of wrong places of the map
   kOverlap,      ///< overlap of query and map, both ways, over the usual one
   kMapCoverage,  ///< logarithm of Statistics::map_coverage: out-of-map queries fit best where they
