@@ -102,7 +102,8 @@ std::optional<Eigen::Vector3d> groundNormal(const pcl::PointCloud<Point>& points
                                             pcl::Indices ground) {
   constexpr std::size_t kFewest = 50;
   constexpr int kFits = 3;
-  constexpr double kLeastWidth_m = 1, kFlat = 0.2;  ///< standard deviations: across, off to across
+  constexpr double kMostSlope_rad = 0.7;            ///< more is a wall with a wrong label
+  constexpr double kLeastWidth_m = 1, kFlat = 0.1;  ///< standard deviations: across, off to across
   constexpr double kOutliers = 2.5;                 ///< medians off the plane
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   for (int fit = 0; fit < kFits; ++fit) {
@@ -126,7 +127,9 @@ std::optional<Eigen::Vector3d> groundNormal(const pcl::PointCloud<Point>& points
         std::remove_if(ground.begin(), ground.end(), [&](int i) { return offPlane_m(i) > most_m; }),
         ground.end());
   }
-  return normal.z() < 0 ? -normal : normal;
+  if (normal.z() < 0) normal = -normal;
+  if (normal.z() < std::cos(kMostSlope_rad)) return std::nullopt;
+  return normal;
 }
 
 Look lookOf(const PreprocessedFrame& frame, const LabelSet& labels) {
