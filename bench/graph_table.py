@@ -87,8 +87,7 @@ def with_tiles_exchanged(path, radius_m, folder):
         tile = v[0] // side_m, v[1] // side_m
         for axis in (0, 1):
             v[axis] += side_m * (moved[tile][axis] - tile[axis])
-    lines = [" ".join([f"{x:.4f}" for x in v[:3]] + [str(x) for x in v[3:]]) for v in vertices]
-    target.write_text("\n".join([*header, "end_header", *lines, ""]))
+    worlds.write_ply(target, header, vertices)
     return target
 
 

@@ -11,8 +11,9 @@ Every run of the program is kept in --work by what it depends on: the bytes of t
 flags. So a check that was broken off goes on where it stopped; scores are always computed anew. Wall times are not
 compared, since other work on the machine is in them. Exit code 1 if something is worse than in the stored table.
 
-The answers of every query, without times, and the bytes of every map are kept by the commit that is checked out, in
---work/answers. --same COMMIT compares with those of another one, byte for byte; exit code 1 if any differ.
+Without further flags the answers of every query, without times, and fingerprints of the maps are kept in --work/answers
+by the commit that is checked out. --same COMMIT compares with those of another one, byte for byte; exit code 1 if any
+differ. The program must be that of the commit: build it first.
 """
 import argparse
 import csv
@@ -379,6 +380,7 @@ def by_world(lines):
 # ---- Byte for byte ----
 
 TIMES_AND_PATHS = ("timing_ms", "map")  # of an answer: what differs from run to run and from program to program
+CHANGED = "-changed"
 
 
 def commit_of(root, name="HEAD"):
@@ -386,18 +388,15 @@ def commit_of(root, name="HEAD"):
     def git(*words):
         return subprocess.run(["git", "-C", str(root), *words], check=True, capture_output=True, text=True).stdout.strip()
     commit = git("rev-parse", "--short=10", name)
-    return f"{commit}-changed" if name == "HEAD" and git("status", "--porcelain", "--untracked-files=no") else commit
+    return commit + CHANGED if name == "HEAD" and git("status", "--porcelain", "--untracked-files=no") else commit
 
 
-def answers_of(row, runs, runner, extra_map):
-    """Of a row: the bytes of its maps and each answer as text."""
-    maps, texts = [], []
-    for part, (localized, _) in zip(row.parts, runs):
-        file = runner.maps / f"{runner.map_key(part.map, extra_map)}.xvm"
-        maps.append(hashlib.sha256(file.read_bytes()).hexdigest() if file.exists() else "")
-        for answer in localized["answers"] if localized else []:
-            texts.append(json.dumps({k: v for k, v in answer.items() if k not in TIMES_AND_PATHS}))
-    return {"maps": maps, "answers": texts}
+def kept_of(row, runs, runner):
+    """Of a row: fingerprints of its maps, and each answer as text."""
+    maps = [runner.fingerprint(runner.maps / f"{runner.map_key(part.map, [])}.xvm") for part in row.parts]
+    answers = [answer for localized, _ in runs if localized for answer in localized["answers"]]
+    return {"maps": maps, "answers": [json.dumps({k: v for k, v in answer.items() if k not in TIMES_AND_PATHS})
+                                      for answer in answers]}
 
 
 def differing_keys(one, other):
@@ -419,28 +418,40 @@ def difference(now, was):
     return "; ".join(said)
 
 
-def compare_answers(kept, arguments):
-    """Keeps the answers, and says which differ from those of the other commit; true if any do."""
+def kept_at(commit, arguments):
+    """The file of the answers of a commit."""
     folder = arguments.work / "answers"
     folder.mkdir(exist_ok=True)
+    return folder / f"{commit}.json"
+
+
+def keep(kept, arguments):
+    """Beside rows that were kept of the same commit before."""
     commit = commit_of(arguments.root)
-    file = folder / f"{commit}.json"
-    before = json.loads(file.read_text()) if file.exists() and "-changed" not in commit else {}
+    file = kept_at(commit, arguments)
+    before = json.loads(file.read_text()) if file.exists() and not commit.endswith(CHANGED) else {}
     write_whole(file, json.dumps({**before, **kept}))
+
+
+def answers_to_compare(arguments):
+    """Those that are kept of the commit of --same; None if none was asked for."""
     if not arguments.same:
-        return False
-    other = folder / f"{commit_of(arguments.root, arguments.same)}.json"
-    if not other.exists():
-        sys.exit(f"{other}: no answers are kept of {arguments.same}; check that commit out and run this there first")
-    was, is_different = json.loads(other.read_text()), False
-    for key, now in kept.items():
-        said = difference(now, was[key]) if key in was else "not kept there"
-        is_different |= bool(said)
-        if said:
-            print(f"differs: {key}: {said}")
-    print(f"{len(kept)} rows, {sum(len(row['answers']) for row in kept.values())} answers: "
-          f"{'not ' if is_different else ''}the same as of {arguments.same}")
-    return is_different
+        return None
+    if arguments.extra or arguments.extra_map:
+        sys.exit("--same compares what is kept, which is that without further flags")
+    file = kept_at(commit_of(arguments.root, arguments.same), arguments)
+    if not file.exists():
+        sys.exit(f"{file}: no answers are kept of {arguments.same}; check it out, build it, and run this there first")
+    return json.loads(file.read_text())
+
+
+def all_same(kept, was, name):
+    """Says which rows differ from those that were kept."""
+    said = {key: difference(now, was[key]) if key in was else "not kept there" for key, now in kept.items()}
+    differing = [f"differs: {key}: {words}" for key, words in said.items() if words]
+    count = sum(len(row["answers"]) for row in kept.values())
+    print(*differing, f"{len(kept)} rows, {count} answers: {len(differing)} rows differ from {name}", sep="\n")
+    return not differing
 
 
 # ---- The check ----
@@ -487,16 +498,15 @@ def run_all(runner, rows, arguments):
         maps = {runner.map_key(part.map, extra_map): part.map for row in rows for part in row.parts}
         list(pool.map(lambda place: runner.map(place, extra_map), maps.values()))
         runs_of = [pool.submit(lambda row: [runner.localize(p, extra, extra_map) for p in row.parts], r) for r in rows]
-        lines, kept, started = [], {}, time.monotonic()
+        lines, started = [], time.monotonic()
         for row, runs in zip(rows, runs_of):
             lines.append(line_of(row, runs.result(), runner.inputs(row)))
-            kept[" ".join(row[:3])] = answers_of(row, runs.result(), runner, extra_map)
             if arguments.answers:
                 with open(arguments.answers, "a") as file:
                     file.writelines(checked_answers(row, runs.result()))
             seconds = time.monotonic() - started
             print(f"{seconds:5.0f} s  {len(lines)} of {len(rows)}  {' '.join(row[:3])}", file=sys.stderr)
-    return lines, kept
+    return lines, [runs.result() for runs in runs_of]
 
 
 def arguments_of():
@@ -541,7 +551,8 @@ def rows_to_check(arguments):
 def main():
     arguments = arguments_of()
     rows, absent = rows_to_check(arguments)
-    lines, kept = run_all(Runner(arguments.program, arguments.work), rows, arguments)
+    was, runner = answers_to_compare(arguments), Runner(arguments.program, arguments.work)
+    lines, runs_of = run_all(runner, rows, arguments)
     baseline = read_table(arguments.baseline) if arguments.baseline.exists() else {}
     notes, said, is_worse = compare(
         lines, baseline, lambda key: re.search(arguments.only, " ".join(key)) and key[0] not in absent)
@@ -553,8 +564,11 @@ def main():
         save_table(arguments.save, lines)
     if arguments.markdown:
         arguments.markdown.write_text(table_markdown(by_world(lines)))
-    is_different = compare_answers(kept, arguments)
-    sys.exit(is_worse or is_different)
+    if not arguments.extra and not arguments.extra_map:
+        kept = {" ".join(row[:3]): kept_of(row, runs, runner) for row, runs in zip(rows, runs_of)}
+        keep(kept, arguments)
+        is_worse |= was is not None and not all_same(kept, was, arguments.same)
+    sys.exit(is_worse)
 
 
 if __name__ == "__main__":

@@ -150,13 +150,18 @@ def moved_ply(file, target, middle, radius_m, heading, classes=None):
         if math.dist(v[:2], middle[:2]) <= radius_m:
             v[named] = renamed.setdefault(v[named], len(renamed) + 1)
             inside.append([sum(T[i][k] * v[k] for k in range(3)) + T[i][3] for i in range(3)] + v[3:])
-    header = [re_counted(line, len(inside)) for line in header]
-    target.parent.mkdir(parents=True, exist_ok=True)
-    lines = [" ".join([f"{x:.4f}" for x in v[:3]] + [str(x) for x in v[3:]]) for v in inside]
-    target.write_text("\n".join([*header, "end_header", *lines, ""]))
+    write_ply(target, header, inside)
     if classes:
         shutil.copy(classes, target.parent / "classes.yaml")
     return target, T_map_query
+
+
+def write_ply(target, header, vertices):
+    """As ASCII; header and vertices as read_ply() has them."""
+    header = [re_counted(line, len(vertices)) for line in header]
+    target.parent.mkdir(parents=True, exist_ok=True)
+    lines = [" ".join([f"{x:.4f}" for x in v[:3]] + [str(x) for x in v[3:]]) for v in vertices]
+    target.write_text("\n".join([*header, "end_header", *lines, ""]))
 
 
 def re_counted(line, count):

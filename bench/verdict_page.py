@@ -29,7 +29,8 @@ FEWEST = 20  # Answers of a make that has a line of its own.
 HEAD = """# The verdict
 
 Is the pose right? Six terms decide, for cameras and scans, streets and rooms, from the ground and from the air
-([algorithm](../algorithm.md)). A bare graph has one, the margin of its vertices. Weights, in log odds per unit:
+([algorithm](../algorithm.md)). A bare graph has one, the margin of its vertices and how many of them
+are found. Weights, in log odds per unit:
 
 | term | weight | what it is |
 |---|---|---|

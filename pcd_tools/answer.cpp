@@ -58,7 +58,7 @@ void forEachStatistic(Values& s, Visit&& visit) {
   bool registered = dense.registered(), views = dense.of == Of::views;
   visit(Name("likelihood_margin", "lead"), s.likelihood_margin, Written::always);
   visit(Name("score_ratio", "agreement"), s.score_ratio, Written::always);
-  visit(Name("vertex_inlier_ratio"), s.vertex_inlier_ratio, Written::now);
+  visit(Name("vertex_inlier_ratio"), s.vertex_inlier_ratio, Written::if_asked);
   visit(Name("registered"), registered, Written::always);
   visit(Name("converged", "settled"), dense.converged, Written::always);
   visit(Name("views"), views, Written::always);
@@ -238,6 +238,9 @@ Answer answerFrom(const std::string& line) {
       if (written == Written::always || is_there) read(*s, key, value);
       if (written == Written::now) answer.whole_statistics &= is_there;
     });
+    // Older programs did not write it; it decides where nothing was registered.
+    if (!answer.fix.statistics.dense.registered() && !answer.fix.statistics.of_surfaces)
+      answer.whole_statistics &= s->contains("vertex_inlier_ratio");
     // Asked together; older programs asked for the first only.
     if (answer.fix.statistics.dense.map_overlap)
       answer.whole_statistics &= answer.fix.statistics.dense.miss_ratio.has_value();

@@ -56,8 +56,8 @@ constexpr double kAnchorEvery_m = 4;
 constexpr int kFewestSince = 4, kMostSince = 40;
 constexpr double kMuchLess = 0.5;  ///< share of what usual steps leave in place, or would now
 constexpr std::size_t kUsualSteps = 16, kFewestSteps = 3;
-/// The odometry rolls if the ground turns by more within so long a way, in the median of so many
-/// frames: hills and ramps of drives turn by up to 13 degrees there.
+/// The odometry rolls if the ground turns by more than this angle within this length of the way,
+/// in the medians of this number of frames: hills and ramps turn by up to 13 degrees there.
 constexpr double kMostLean_rad = 0.3, kLeanWithin_m = 40;
 constexpr std::size_t kLeanFrames = 5;
 
@@ -224,6 +224,7 @@ InPlace inPlaceAfter(const Eigen::Isometry3d& T_before_now, const SeenCells& bef
   T.translation() = R_odom_before * T_before_now.translation();
   const Eigen::Isometry3f T_float = T.cast<float>();
   InPlace result;
+  result.points.reserve(asked.size());
   std::size_t overlap = 0, found = 0;
   for (const auto& [p, label] : asked) {
     const Eigen::Vector3f moved = T_float * p;
@@ -294,26 +295,23 @@ struct OdometryCheck::State {
     const double gap_s = now.stamp_s - before.stamp_s;
     const bool is_whole = !last_count || (now.number - before.number <= *last_count &&
                                           gap_s <= kPause * std::max(last_gap_s, 0.0));
-    InPlace in_place;
-    in_place.of_overlap = NAN;
+    double of_overlap = NAN;
     if (tell(before, now, asked)) {
-      std::vector<Eigen::Isometry3d> others{Eigen::Isometry3d::Identity()};
-      if (last_step) others.push_back(*last_step);
-      if (last_move) {
-        others.push_back(*last_move);
-        // An odometry that slips around a corner knows how far it turned.
-        others.push_back(*last_move);
-        others.back().linear() = step.linear();
-      }
-      if (const auto off_m = offBy(before, now, asked, others, false, in_place)) return off_m;
+      const SeenCells cells(before);
+      const Comparison compared = compare(before, cells, now, asked, othersThan(step), false);
+      const InPlace& in_place = compared.by_odometry;
+      of_overlap = in_place.of_overlap;
+      tallyStep(step, cells, in_place, now, asked);
+      if (compared.off_m) return compared.off_m;
       if (is_whole && isUnusual(step) && usual_in_place.size() >= kFewestSteps &&
-          (in_place.of_overlap < kMuchLess * usual(usual_in_place) ||
-           (most_by_others >= kExplains && in_place.of_all < kMuchLess * most_by_others)))
+          (of_overlap < kMuchLess * usual(usual_in_place) ||
+           (compared.most_by_others >= kExplains &&
+            in_place.of_all < kMuchLess * compared.most_by_others)))
         return distanceBetween(step, *last_step);
-      if (std::isfinite(in_place.of_overlap)) usual_in_place.push_back(in_place.of_overlap);
+      if (std::isfinite(of_overlap)) usual_in_place.push_back(of_overlap);
       if (usual_in_place.size() > kUsualSteps) usual_in_place.pop_front();
     }
-    if (is_whole && !std::isfinite(in_place.of_overlap) && isWild(step))
+    if (is_whole && !std::isfinite(of_overlap) && isWild(step))
       return distanceBetween(step, *last_step);
     last_step = step;
     last_count = now.number - before.number;
@@ -322,6 +320,18 @@ struct OdometryCheck::State {
     if (steps_m.size() > kUsualSteps) steps_m.pop_front();
     if (step.translation().norm() >= kLeastMove_m) last_move = step;
     return std::nullopt;
+  }
+
+  /// Motions that the sensor may have made instead of a step.
+  std::vector<Eigen::Isometry3d> othersThan(const Eigen::Isometry3d& step) const {
+    std::vector<Eigen::Isometry3d> others{Eigen::Isometry3d::Identity()};
+    if (last_step && last_step->translation().norm() < kLeastMove_m) others.push_back(*last_step);
+    if (!last_move) return others;
+    others.push_back(*last_move);
+    // An odometry that slips around a corner knows how far it turned.
+    others.push_back(*last_move);
+    others.back().linear() = step.linear();
+    return others;
   }
 
   /// The same over some steps: an odometry that is stuck, or moves while the sensor stands, is off
@@ -334,11 +344,11 @@ struct OdometryCheck::State {
         std::max(stepBetween(*anchor, now).translation().norm(), moved_on.translation().norm());
     if (since_anchor < kFewestSince || (way_m < kAnchorEvery_m && since_anchor < kMostSince))
       return std::nullopt;
-    std::optional<double> off_m;
-    InPlace in_place;
     std::vector<Eigen::Isometry3d> others{moved_on};
     if (!movesStepByStep()) others.push_back(Eigen::Isometry3d::Identity());
-    if (tell(*anchor, now, asked)) off_m = offBy(*anchor, now, asked, others, true, in_place);
+    std::optional<double> off_m;
+    if (tell(*anchor, now, asked))
+      off_m = compare(*anchor, SeenCells(*anchor), now, asked, others, true).off_m;
     anchor.reset();
     return off_m;
   }
@@ -396,48 +406,50 @@ struct OdometryCheck::State {
     return asked.size() >= kFewestAsked && a.points.size() >= kFewestAsked && a.aerial == b.aerial;
   }
 
-  /// How far the odometry is from the best of other motions, if that explains clearly more.
-  std::optional<double> offBy(const Look& from, const Look& now, const Points& asked,
-                              const std::vector<Eigen::Isometry3d>& others, bool may_leave,
-                              InPlace& in_place) {
+  /// The odometry beside other motions, between two looks.
+  struct Comparison {
+    InPlace by_odometry;
+    double most_by_others = 0;    ///< share of all points, by another motion than standing
+    std::optional<double> off_m;  ///< from the best of them, if that explains clearly more
+  };
+  Comparison compare(const Look& from, const SeenCells& cells, const Look& now, const Points& asked,
+                     const std::vector<Eigen::Isometry3d>& others, bool may_leave) const {
     const Eigen::Isometry3d step = stepBetween(from, now);
-    const SeenCells cells(from);
-    in_place = inPlaceAfter(step, cells, from, now, asked);
-    if (!may_leave) tallyStep(step, cells, in_place, now, asked);
-    if (may_leave && in_place.of_all >= kInPlace) return std::nullopt;
+    Comparison result{inPlaceAfter(step, cells, from, now, asked), 0, {}};
+    const InPlace& in_place = result.by_odometry;
+    if (may_leave && in_place.of_all >= kInPlace) return result;
     // A step that leaves the sight of the look before is a jump if another one does not; a way may
     // leave it.
     const bool overlaps = std::isfinite(in_place.of_overlap);
-    if (!overlaps && may_leave) return std::nullopt;
-    const bool only_odometry_stands =
-        overlaps && in_place.of_overlap < kStands && step.translation().norm() < kLeastMove_m;
+    if (!overlaps && may_leave) return result;
+    const bool stands = step.translation().norm() < kLeastMove_m;
+    const bool only_odometry_stands = overlaps && in_place.of_overlap < kStands && stands;
+    const bool may_be_stuck =
+        stands && rotationBetween(step, Eigen::Isometry3d::Identity()) < kLeastTurn_rad;
     double most = std::max(kExplains, (only_odometry_stands ? kMoreThanStanding : kClearlyMore) +
                                           (overlaps ? in_place.of_overlap : in_place.of_all));
-    std::optional<double> off_m;
-    most_by_others = 0;
     for (const Eigen::Isometry3d& other : others) {
       const double apart_m = distanceBetween(other, step);
       const bool moves = other.translation().norm() >= kLeastMove_m;
       const bool is_clear = apart_m >= kLeastOff_m;
-      const bool is_stuck = moves && step.translation().norm() < kLeastMove_m &&
-                            rotationBetween(step, Eigen::Isometry3d::Identity()) < kLeastTurn_rad;
-      if (!is_clear && !(is_stuck && apart_m >= kLeastOffStuck_m)) continue;
+      if (!is_clear && !(may_be_stuck && moves && apart_m >= kLeastOffStuck_m)) continue;
       if (rotationBetween(other, step) > kTurn_rad && (may_leave || !isLong(step))) continue;
       const InPlace by_other = inPlaceAfter(other, cells, from, now, asked);
       const double explained = by_other.of_overlap;
-      if (moves && !now.aerial) most_by_others = std::max(most_by_others, by_other.of_all);
+      if (moves && !now.aerial)
+        result.most_by_others = std::max(result.most_by_others, by_other.of_all);
       if (!moves) {
         if (!(explained >= std::max(most, kStands))) continue;
       } else if (!(explained >= most && is_clear)) {
         // Over more than a step houses of a street may take one another's place, and from the air
         // what is parked.
-        if (off_m || may_leave || now.aerial || !(explained >= kExplains)) continue;
+        if (result.off_m || may_leave || now.aerial || !(explained >= kExplains)) continue;
         if (!allTellingPointsAreFor(by_other, in_place)) continue;
       }
       most = explained;
-      off_m = apart_m;
+      result.off_m = apart_m;
     }
-    return off_m;
+    return result;
   }
 
   bool isUnusual(const Eigen::Isometry3d& step) const {
@@ -464,7 +476,6 @@ struct OdometryCheck::State {
   std::optional<Eigen::Isometry3d> last_step, last_move;  ///< that the scans did not contradict
   std::optional<std::int64_t> last_count;  ///< frame numbers from one to the next there
   double last_gap_s = 0;
-  double most_by_others = 0;          ///< share of all points, by another motion of the last step
   std::deque<double> steps_m;         ///< their lengths
   std::deque<double> usual_in_place;  ///< of the overlap
   struct Ground {

@@ -179,6 +179,23 @@ TEST(OdometryCheck, FindsASlipAlongWalls) {
   }
 }
 
+/// Check fix for: a jump left little in sight, all of which was in place, and a usual step all of
+/// it.
+TEST(OdometryCheck, FindsAJumpOutOfSight) {
+  constexpr std::size_t kJumped = 12;
+  for (const double jump_m : {-16., 16.}) {
+    std::vector<Eigen::Isometry3d> poses, odometry;
+    for (int i = 0; i < 25; ++i) {
+      poses.push_back(poseFromYaw({1.6 * i, 0, 1}, 0));
+      odometry.push_back(poses.back());
+      if (poses.size() > kJumped) odometry.back().translation().x() += jump_m;
+    }
+    const auto jump = firstJump(framesAt(poses, odometry, street()));
+    ASSERT_TRUE(jump) << jump_m;
+    EXPECT_EQ(jump->position, kJumped);
+  }
+}
+
 /// Check fix for: poses that stood still for the last four frames were accepted 6 m off.
 TEST(OdometryCheck, FindsAnOdometryThatStandsFromTheFirstStepOn) {
   constexpr std::size_t kStuck = 12;
