@@ -11,7 +11,7 @@ Every run of the program is kept in --work by what it depends on: the bytes of t
 flags. So a check that was broken off goes on where it stopped; scores are always computed anew. Wall times are not
 compared, since other work on the machine is in them. Exit code 1 if something is worse than in the stored table.
 
-Without further flags the answers of every query, without times, and fingerprints of the maps are kept in --work/answers
+Without further flags the answers of every query, without times, and digests of the maps are kept in --work/answers
 by the commit that is checked out. --same COMMIT compares with those of another one, byte for byte; exit code 1 if any
 differ. The program must be that of the commit: build it first.
 """
@@ -391,12 +391,15 @@ def commit_of(root, name="HEAD"):
     return commit + CHANGED if name == "HEAD" and git("status", "--porcelain", "--untracked-files=no") else commit
 
 
-def kept_of(row, runs, runner):
-    """Of a row: fingerprints of its maps, and each answer as text."""
-    maps = [runner.fingerprint(runner.maps / f"{runner.map_key(part.map, [])}.xvm") for part in row.parts]
+def kept_of(row, runs, runner, digests):
+    """Of a row: digests of its maps, and each answer as text. `digests` has those that are known, by map file."""
+    files = [runner.maps / f"{runner.map_key(part.map, [])}.xvm" for part in row.parts]
+    for file in files:
+        if file not in digests:  # Not its fingerprint, which has its name, and that is of the program.
+            digests[file] = hashlib.sha256(file.read_bytes()).hexdigest() if file.exists() else ""
     answers = [answer for localized, _ in runs if localized for answer in localized["answers"]]
-    return {"maps": maps, "answers": [json.dumps({k: v for k, v in answer.items() if k not in TIMES_AND_PATHS})
-                                      for answer in answers]}
+    return {"maps": [digests[file] for file in files],
+            "answers": [json.dumps({k: v for k, v in answer.items() if k not in TIMES_AND_PATHS}) for answer in answers]}
 
 
 def differing_keys(one, other):
@@ -565,7 +568,8 @@ def main():
     if arguments.markdown:
         arguments.markdown.write_text(table_markdown(by_world(lines)))
     if not arguments.extra and not arguments.extra_map:
-        kept = {" ".join(row[:3]): kept_of(row, runs, runner) for row, runs in zip(rows, runs_of)}
+        digests = {}
+        kept = {" ".join(row[:3]): kept_of(row, runs, runner, digests) for row, runs in zip(rows, runs_of)}
         keep(kept, arguments)
         is_worse |= was is not None and not all_same(kept, was, arguments.same)
     sys.exit(is_worse)
