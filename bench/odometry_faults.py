@@ -107,6 +107,10 @@ def faults(unit, first, last, rng):
     d = rng.uniform(-np.pi, np.pi)
     yield "jump and turn", lambda T, d=d: jumped(
         T, last - 6, 12 * unit * np.array([np.cos(d), np.sin(d), 0]), np.radians(40))
+    for degrees in (20, 40, 80):
+        for before in (2, 6, 12):
+            yield (f"turn {degrees} deg, {before} frames before the end",
+                   lambda T, a=np.radians(degrees), b=before: jumped(T, last - b, np.zeros(3), a))
     for k in (4, 7, 10, 20):
         yield f"stands still for the last {k} frames", lambda T, k=k: [
             T[min(i, last - k)] if i < last else T[i] for i in range(len(T))]

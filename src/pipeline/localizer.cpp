@@ -509,7 +509,7 @@ Localization Localizer::localizeNear(const Query& query,
 /// of what a true pose does where it is put, and more by that at another pose nearby.
 void Localizer::requireSupport(const Query& query, Localization& answer) const {
   constexpr double kReach_m = 1.5, kLeastShare = 0.5;
-  constexpr double kAround_m = 40, kAround_rad = 0.5, kElsewhere_m = 2;
+  constexpr double kAround_m = 40, kAround_rad = M_PI, kElsewhere_m = 2;
   if (!query.newest || options_.method == "walks" || answer.scale != 1) return;
   const Query& newest = *query.newest;
   const verify::PlaceEvidence here =

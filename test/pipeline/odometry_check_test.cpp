@@ -299,6 +299,21 @@ TEST(OdometryCheck, ThePoseMustFitTheLastFrameByItself) {
   EXPECT_TRUE(localizer.localize(honest).accepted());
 }
 
+/// Check fix for: where the heading jumped six frames before the end, poses 13 m off were accepted,
+/// because the last frame was asked within half a radian only.
+TEST(OdometryCheck, ThePoseMustFitTheLastFrameWhateverItsHeading) {
+  const Eigen::Isometry3d T = simulatedDrive().sessions.at("rear")->pose(kLast - 6);
+  const Eigen::Isometry3d turn = Eigen::Translation3d(T.translation()) *
+                                 Eigen::AngleAxisd(1.4, Eigen::Vector3d::UnitZ()) *
+                                 Eigen::Translation3d(-T.translation());
+  Query query = simulatedDrive().query("rear", kFirst, kLast);
+  query.newest = queryOf(jumpingFrames(0, turn), kLast - 4, kLast).newest;
+  ASSERT_NE(query.newest, nullptr);
+  const Localization fix = Localizer(simulatedDrive().map, {}).localize(query);
+  EXPECT_FALSE(fix.accepted()) << fix.reason;
+  EXPECT_EQ(fix.reason_code, ReasonCode::odometry_jump) << fix.reason;
+}
+
 TEST(OdometryCheck, ATrackForgetsWhatWasBeforeTheJump) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map, {});
