@@ -178,8 +178,10 @@ class Trials:
                     truth = read_poses(f"{source}/groundtruth.txt")[1]
                     first = int(rng.integers(0, len(poses) - size + 1))
                     unit = 0.1 if world in ROOMS else 1
-                    cases = [("honest", lambda T: T), *faults(unit, first, first + size, rng)]
-                    chosen = [0, *sorted(rng.choice(np.arange(1, len(cases)), self.args.per_window, replace=False))]
+                    cases = [("honest", lambda T: T), *(
+                        c for c in faults(unit, first, first + size, rng) if self.args.only in c[0])]
+                    tried = min(self.args.per_window, len(cases) - 1)
+                    chosen = [0, *sorted(rng.choice(np.arange(1, len(cases)), tried, replace=False))]
                     for i in chosen:
                         kind, change = cases[i]
                         folder = self.changed(source, lines(stamps, change(poses)))
@@ -210,6 +212,8 @@ class Trials:
                       ("stuck", lambda T: T[:middle] + [T[middle]] * (len(T) - middle)),
                       ("every second pose stale", lambda T: [T[i // 2 * 2] for i in range(len(T))])]
             for name, change in cases:
+                if name != "honest" and self.args.only not in name:
+                    continue
                 yield world, f"{session}, {name}", self.changed(source, lines(stamps, change(poses))), truth
 
     def fuse(self):
@@ -257,6 +261,7 @@ def main():
     parser.add_argument("--xview", default="build/xview")
     parser.add_argument("--windows", type=int, default=600)
     parser.add_argument("--per-window", type=int, default=8, help="faults tried on each window")
+    parser.add_argument("--only", default="", help="faults whose name has this in it")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--what", default="localize,fuse,windows")
     trials = Trials(parser.parse_args())

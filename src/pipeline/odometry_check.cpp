@@ -32,6 +32,8 @@ constexpr std::size_t kAsked = 1000, kFewestAsked = 200;  ///< points of a frame
 /// odometry, and how far it must be from it: depth errors that go with the camera look like a
 /// sensor that stands.
 constexpr double kExplains = 0.5, kClearlyMore = 0.35, kLeastOff_m = 2.5;
+/// At which a turn counts as a distance.
+constexpr double kArm_m = 8;
 /// How far the sensor must have moved on where the odometry stands, if all telling points say so.
 constexpr double kLeastOffStuck_m = 1;
 /// Share of the points that lie in place for a sensor that stands: an avenue whose trees stand as
@@ -44,7 +46,7 @@ constexpr double kInPlace = 0.85;
 /// steps: one around a corner differs by 1.4 of them.
 constexpr double kUnusual_m = 2, kUnusualSteps = 2;
 /// Behind a corner a street looks as it did before it, so motions that differ by such a turn are
-/// not told apart, unless the step is longer than usual ones.
+/// not told apart, unless the step is longer than usual ones or leads to what has been in sight.
 constexpr double kTurn_rad = 0.5;
 /// Multiple of the usual step that is believed only if the scans support it.
 constexpr double kWildSteps = 8;
@@ -266,6 +268,11 @@ double distanceBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm();
 }
 
+/// How far apart two motions put what the sensor sees.
+double apartBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return distanceBetween(a, b) + kArm_m * rotationBetween(a, b);
+}
+
 }  // namespace
 
 struct OdometryCheck::State {
@@ -429,11 +436,12 @@ struct OdometryCheck::State {
     double most = std::max(kExplains, (only_odometry_stands ? kMoreThanStanding : kClearlyMore) +
                                           (overlaps ? in_place.of_overlap : in_place.of_all));
     for (const Eigen::Isometry3d& other : others) {
-      const double apart_m = distanceBetween(other, step);
+      const double apart_m = apartBetween(other, step);
       const bool moves = other.translation().norm() >= kLeastMove_m;
       const bool is_clear = apart_m >= kLeastOff_m;
       if (!is_clear && !(may_be_stuck && moves && apart_m >= kLeastOffStuck_m)) continue;
-      if (rotationBetween(other, step) > kTurn_rad && (may_leave || !isLong(step))) continue;
+      if (rotationBetween(other, step) > kTurn_rad && (may_leave || !(overlaps || isLong(step))))
+        continue;
       const InPlace by_other = inPlaceAfter(other, cells, from, now, asked);
       const double explained = by_other.of_overlap;
       if (moves && !now.aerial)

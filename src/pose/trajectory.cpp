@@ -10,18 +10,33 @@
 namespace xview::pose {
 namespace {
 
-/// Where a fix puts a frame: where it was found with it, or as far from there as odometry says.
+/// How much longer than the odometry says the way was that fixes found; 1 if they found none.
+double lengthRate(const std::vector<TrajectoryFix>& fixes,
+                  const std::vector<double>& way_by_odometry) {
+  double found = 0, by_odometry = 0;
+  for (const TrajectoryFix& fix : fixes) {
+    if (fix.way.empty()) continue;
+    const std::size_t first = fix.index + 1 - fix.way.size();
+    found += pathLengths(fix.way).back();
+    by_odometry += fix.scale * (way_by_odometry[fix.index] - way_by_odometry[first]);
+  }
+  return found > 0 && by_odometry > 0 ? found / by_odometry : 1;
+}
+
+/// Where a fix puts a frame: where it was found with it, or as far from there as odometry says,
+/// whose lengths are multiplied by `rate`.
 Eigen::Isometry3d inMap(const TrajectoryFix& fix,
-                        const std::vector<Eigen::Isometry3d>& T_odom_sensor, std::size_t i) {
-  const auto scaled = [&](std::size_t k) {
-    Eigen::Isometry3d T = T_odom_sensor[k];
-    T.translation() *= fix.scale;
+                        const std::vector<Eigen::Isometry3d>& T_odom_sensor, std::size_t i,
+                        double rate) {
+  const auto step = [&](std::size_t from) {
+    Eigen::Isometry3d T = T_odom_sensor[from].inverse() * T_odom_sensor[i];
+    T.translation() *= fix.scale * rate;
     return T;
   };
-  if (i > fix.index || fix.way.empty()) return fix.T_map_query * scaled(i);
+  if (fix.way.empty()) return fix.T_map_sensor * step(fix.index);
   const std::size_t first = fix.index + 1 - fix.way.size();
-  if (i >= first) return fix.way[i - first];
-  return fix.way.front() * scaled(first).inverse() * scaled(i);
+  if (i < first) return fix.way.front() * step(first);
+  return i > fix.index ? fix.way.back() * step(fix.index) : fix.way[i - first];
 }
 
 }  // namespace
@@ -79,6 +94,7 @@ std::vector<bool> toldByOdometry(const std::vector<TrajectoryFix>& fixes,
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes) {
   const std::vector<double> way = pathLengths(T_odom_sensor);
+  const double rate = lengthRate(fixes, way);
   std::vector<Eigen::Isometry3d> poses;
   auto after = fixes.begin();  // the first fix that is not before the frame
   for (std::size_t i = 0; i < T_odom_sensor.size(); ++i) {
@@ -87,7 +103,7 @@ std::vector<Eigen::Isometry3d> trajectoryThrough(
     const TrajectoryFix& b = after == fixes.end() ? *(after - 1) : *after;
     const double length = way[b.index] - way[a.index];
     const double share = length > 0 ? (way[i] - way[a.index]) / length : 1;
-    poses.push_back(interpolated(inMap(a, T_odom_sensor, i), inMap(b, T_odom_sensor, i),
+    poses.push_back(interpolated(inMap(a, T_odom_sensor, i, rate), inMap(b, T_odom_sensor, i, rate),
                                  std::clamp(share, 0.0, 1.0)));
   }
   return poses;

@@ -179,6 +179,28 @@ TEST(OdometryCheck, FindsASlipAlongWalls) {
   }
 }
 
+/// Check fix for: a heading that jumps leaves the sensor where it is at first, and 12 of 180 poses
+/// were accepted up to 28 m off.
+TEST(OdometryCheck, FindsAHeadingThatJumps) {
+  constexpr std::size_t kJumped = 12;
+  for (const double degrees : {-35., -20., 20., 35.}) {
+    std::vector<Eigen::Isometry3d> poses, odometry, turning;
+    for (int i = 0; i < 25; ++i) {
+      poses.push_back(poseFromYaw({1.6 * i, 0, 1}, 0));
+      const bool is_behind = poses.size() > kJumped;
+      const double yaw = is_behind ? degrees * M_PI / 180 : 0;
+      const Eigen::Isometry3d pivot = poses[std::min<std::size_t>(i, kJumped)];
+      odometry.push_back(pivot * poseFromYaw(Eigen::Vector3d::Zero(), yaw) * pivot.inverse() *
+                         poses.back());
+      turning.push_back(poseFromYaw({0.3 * i, 0, 1}, yaw));
+    }
+    EXPECT_FALSE(firstJump(framesAt(turning, turning, crossing()))) << "a turn by " << degrees;
+    const auto jump = firstJump(framesAt(poses, odometry, street()));
+    ASSERT_TRUE(jump) << degrees;
+    EXPECT_EQ(jump->position, kJumped);
+  }
+}
+
 /// Check fix for: a jump left little in sight, all of which was in place, and a usual step all of
 /// it.
 TEST(OdometryCheck, FindsAJumpOutOfSight) {

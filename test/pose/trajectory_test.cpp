@@ -16,11 +16,12 @@ std::vector<Eigen::Isometry3d> drive(int metres) {
   return poses;
 }
 
-/// The odometry frame lies `y` to the left in the map.
+/// Of a drive whose odometry frame lies `y` to the left in the map.
 TrajectoryFix fixAt(std::size_t index, double y) {
   TrajectoryFix fix;
   fix.index = index;
   fix.T_map_query.translation().y() = y;
+  fix.T_map_sensor.translation() = Eigen::Vector3d(static_cast<double>(index), y, 0);
   return fix;
 }
 
@@ -42,6 +43,7 @@ TEST(Trajectory, SpreadsTheDisagreementOfTwoFixesAlongTheWayBetweenThem) {
 TEST(Trajectory, TurnsTheShortWayBetweenTwoFixes) {
   TrajectoryFix turned = fixAt(4, 0);
   turned.T_map_query.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  turned.T_map_sensor = turned.T_map_query * drive(4).back();
   const auto poses = trajectoryThrough(drive(4), {fixAt(0, 0), turned});
   for (std::size_t i = 0; i < poses.size(); ++i)
     EXPECT_NEAR(Eigen::AngleAxisd(poses[i].linear()).angle(), 0.1 * static_cast<double>(i), 1e-9);
@@ -55,6 +57,15 @@ TEST(Trajectory, IsWhatAFixFoundOfTheWayBeforeIt) {
   EXPECT_NEAR(poses[4].translation().y(), 3, 1e-12);
   EXPECT_NEAR(poses[0].translation().y(), 2.5, 1e-12) << "as far from the first as odometry says";
   EXPECT_NEAR(poses[10].translation().y(), 4, 1e-12);
+}
+
+TEST(Trajectory, GoesOnFromAFixWithTheLengthsThatItFound) {
+  TrajectoryFix fix = fixAt(6, 0);
+  for (int i = 4; i <= 6; ++i)
+    fix.way.emplace_back(Eigen::Translation3d(6 + 1.1 * (i - 6), 0, 0));
+  const auto poses = trajectoryThrough(drive(10), {fix});
+  EXPECT_NEAR(poses[10].translation().x(), 10.4, 1e-12);
+  EXPECT_NEAR(poses[0].translation().x(), -0.6, 1e-12);
 }
 
 TEST(Trajectory, OfAStandingRecordingJumpsToTheLaterFix) {

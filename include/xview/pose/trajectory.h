@@ -45,8 +45,9 @@ std::vector<bool> toldByOdometry(const std::vector<TrajectoryFix>& fixes,
 
 /// All poses of a recording in the map frame, T_map_sensor. Frames that were found together lie as
 /// they were found; between two fixes what they say of a frame is weighed by its distance along the
-/// way, before the first and after the last one odometry goes on from there. Fixes are in the order
-/// of the recording, at least one.
+/// way, before the first and after the last one odometry goes on from there, its lengths multiplied
+/// by what they are on the ways that were found. Fixes are in the order of the recording, at least
+/// one.
 std::vector<Eigen::Isometry3d> trajectoryThrough(
     const std::vector<Eigen::Isometry3d>& T_odom_sensor, const std::vector<TrajectoryFix>& fixes);
 
