@@ -449,9 +449,11 @@ struct OdometryCheck::State {
       if (!moves) {
         if (!(explained >= std::max(most, kStands))) continue;
       } else if (!(explained >= most && is_clear)) {
-        // Over more than a step houses of a street may take one another's place, and from the air
-        // what is parked.
-        if (result.off_m || may_leave || now.aerial || !(explained >= kExplains)) continue;
+        // Over more than a step houses of a street may take one another's place, from the air what
+        // is parked, and where the sensor turns on the spot what stands around it.
+        const bool is_turned_only = distanceBetween(other, step) < kLeastOffStuck_m;
+        if (result.off_m || may_leave || now.aerial || is_turned_only || !(explained >= kExplains))
+          continue;
         if (!allTellingPointsAreFor(by_other, in_place)) continue;
       }
       most = explained;
