@@ -14,14 +14,14 @@
 #include <string>
 #include <vector>
 
-#include "xview/graph/bev_grid.h"
-#include "xview/graph/blobs.h"
-#include "xview/graph/clean_labels.h"
-#include "xview/graph/lift.h"
-#include "xview/graph/merge.h"
+#include "base/random.h"
+#include "place/bev_grid.h"
+#include "place/blobs.h"
+#include "place/clean_labels.h"
+#include "place/lift.h"
+#include "place/merge.h"
 #include "xview/io/recording.h"
 #include "xview/mapper.h"
-#include "xview/types/random.h"
 
 namespace {
 
@@ -56,7 +56,7 @@ Input makeInput(const std::string& path) {
     input.raw.push_back(input.source->read(input.chosen.back()));
     input.cleaned.push_back(input.raw.back());
     Frame& frame = input.cleaned.back();
-    frame.label = graph::cleanLabels(frame.label, input.labels(), options.clean);
+    frame.label = cleanLabels(frame.label, input.labels(), options.clean);
     input.lifted.push_back(lift(frame, input.labels(), options.lift));
     input.preprocessed_frames.push_back(preprocessFrame(input.raw.back(), input.labels(), options));
   }
@@ -102,24 +102,22 @@ void registerStages(const std::string& kind, const Input& input) {
   });
   if (input.source->sensor() == Sensor::camera) {
     stage("clean", [](const Input& in, std::size_t i) {
-      benchmark::DoNotOptimize(
-          graph::cleanLabels(in.raw[i].label, in.labels(), graph::CleanOptions()));
+      benchmark::DoNotOptimize(cleanLabels(in.raw[i].label, in.labels(), CleanOptions()));
     });
     stage("image_blobs", [](const Input& in, std::size_t i) {
-      benchmark::DoNotOptimize(graph::extractImageBlobs(in.cleaned[i], in.labels(), 50));
+      benchmark::DoNotOptimize(extractImageBlobs(in.cleaned[i], in.labels(), 50));
     });
   }
   stage("lift", [](const Input& in, std::size_t i) {
-    benchmark::DoNotOptimize(lift(in.cleaned[i], in.labels(), graph::LiftOptions()));
+    benchmark::DoNotOptimize(lift(in.cleaned[i], in.labels(), LiftOptions()));
   });
   stage("thin", [](const Input& in, std::size_t i) {
     std::vector<std::uint32_t> points_per_voxel;
-    benchmark::DoNotOptimize(
-        graph::thinByVoxel(in.lifted[i], graph::kBevVoxel_m, &points_per_voxel));
+    benchmark::DoNotOptimize(thinByVoxel(in.lifted[i], kBevVoxel_m, &points_per_voxel));
   });
   stage("lift_thin", [](const Input& in, std::size_t i) {
-    benchmark::DoNotOptimize(graph::liftThin(in.cleaned[i], in.labels(), graph::LiftOptions(),
-                                             graph::kBevVoxel_m, graph::WholeClasses::no_surfaces));
+    benchmark::DoNotOptimize(liftThin(in.cleaned[i], in.labels(), LiftOptions(), kBevVoxel_m,
+                                      WholeClasses::no_surfaces));
   });
   stage("digest", [](const Input& in, std::size_t i) {
     benchmark::DoNotOptimize(preprocessFrame(in.raw[i], in.labels(), oneThread()));
@@ -131,7 +129,7 @@ void registerMerge(const std::string& kind, const Input& input) {
   benchmark::RegisterBenchmark(
       (kind + "/merge_into").c_str(),
       [&input](benchmark::State& state) {
-        graph::PlaceGraphBuilder places(input.labels(), graph::MergeOptions());
+        PlaceGraphBuilder places(input.labels(), MergeOptions());
         places.add(farAway(static_cast<std::size_t>(state.range(0)), input.labels()), -1);
         overFrames(state, input, [&](std::size_t i) {
           places.add(input.preprocessed_frames[i].blobs, input.preprocessed_frames[i].number);
@@ -146,14 +144,14 @@ void registerMerge(const std::string& kind, const Input& input) {
       ->Unit(benchmark::kMillisecond);
 }
 
-void addToView(graph::BevGridBuilder& view, const PreprocessedFrame& preprocessed) {
+void addToView(BevGridBuilder& view, const PreprocessedFrame& preprocessed) {
   view.add(preprocessed.cloud, preprocessed.weights, preprocessed.resolves_thin,
            Eigen::Isometry3d::Identity(), preprocessed.aerial);
 }
 
 void registerBevGrid(const std::string& kind, const Input& input) {
   benchmark::RegisterBenchmark((kind + "/plan_view").c_str(), [&input](benchmark::State& state) {
-    graph::BevGridBuilder view(input.labels());
+    BevGridBuilder view(input.labels());
     overFrames(state, input, [&](std::size_t i) { addToView(view, input.preprocessed_frames[i]); });
   })->Unit(benchmark::kMillisecond);
 }
@@ -166,8 +164,8 @@ void registerWhole(const std::string& kind, const Input& input) {
                                (with_view ? "_with_plan_view" : "");
       benchmark::RegisterBenchmark((kind + name).c_str(), [&input, from_file,
                                                            with_view](benchmark::State& state) {
-        graph::PlaceGraphBuilder places(input.labels(), graph::MergeOptions());
-        graph::BevGridBuilder view(input.labels());
+        PlaceGraphBuilder places(input.labels(), MergeOptions());
+        BevGridBuilder view(input.labels());
         overFrames(state, input, [&](std::size_t i) {
           const PreprocessedFrame preprocessed =
               from_file ? preprocessFrame(input.source->read(input.chosen[i]), input.labels(),

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "process/atomic_file.h"
+#include "process/library_chatter.h"
 #include "tool.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/library_chatter.h"
 
 namespace {
 

@@ -16,13 +16,13 @@
 #include <string>
 #include <vector>
 
+#include "base/pose.h"
+#include "base/random.h"
 #include "baselines/baseline.h"
-#include "xview/io/graph_files.h"
+#include "io/graph_files.h"
+#include "search/search.h"
+#include "xview/base/error.h"
 #include "xview/io/label_files.h"
-#include "xview/search/search.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
 
 namespace {
 

@@ -44,8 +44,8 @@ function(xview_layer name)
   add_library(xview::${name} ALIAS xview_${name})
   set_target_properties(xview_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(xview_${name} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
-  target_include_directories(xview_${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+    $<INSTALL_INTERFACE:include>)
   target_compile_features(xview_${name} PUBLIC cxx_std_17)
   target_link_libraries(xview_${name} PUBLIC ${arg_PUBLIC}
                         PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:xview_warnings>)
@@ -56,7 +56,7 @@ function(xview_layer name)
   endif()
 endfunction()
 
-# xview_module(<name> FOR <layer> SOURCES … LINK …): a library that a layer opens when it needs it (include/xview/types/module.h).
+# xview_module(<name> FOR <layer> SOURCES … LINK …): a library that a layer opens when it needs it (src/process/module.h).
 function(xview_module name)
   cmake_parse_arguments(arg "" "FOR" "SOURCES;LINK" ${ARGN})
   add_library(xview_${name} MODULE ${arg_SOURCES})

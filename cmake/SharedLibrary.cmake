@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # libxview.so: what programs of others need, in one library that shows its interface only. The program and the tests link
 # the layers themselves.
-set(shared_layers types label graph search match verify pose io map options pipeline)
+set(shared_layers base process place search pose match verdict map localizer compare io)
 set(archives "")
 foreach(layer ${shared_layers})
   list(APPEND archives $<TARGET_FILE:xview_${layer}>)

@@ -10,8 +10,8 @@
 #include <type_traits>
 
 #include "answer_json.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
+#include "base/user_text.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

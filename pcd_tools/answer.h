@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "xview/base/localization.h"
 #include "xview/io/pose_files.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
-#include "xview/types/localization.h"
 
 namespace xview::tools {
 
@@ -26,7 +26,7 @@ struct Answer {
   double heading_rad = 0;  ///< where the sensor of the last frame looks in the map
   double load_map_ms = 0;
   std::string error;             ///< why the query could not be read; then there is no fix
-  std::string size;              ///< of the place, see types/semantic_place.h
+  std::string size;              ///< of the place, see base/semantic_place.h
   std::string budget_exhausted;  ///< Budget::exhausted()
   Localization fix;
   bool whole_statistics = false;           ///< read from a file that has all those of today

@@ -8,14 +8,15 @@
 #include <filesystem>
 #include <map>
 
+#include "base/in_order.h"
+#include "base/pose.h"
+#include "map/contents.h"
 #include "outputs.h"
+#include "place/odometry_check.h"
 #include "pose_text.h"
+#include "process/atomic_file.h"
 #include "scenes.h"
-#include "xview/odometry_check.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/in_order.h"
-#include "xview/types/pose.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

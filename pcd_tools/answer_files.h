@@ -10,10 +10,10 @@
 #include "answer.h"
 #include "denser_fixes.h"
 #include "inputs.h"
+#include "pose/trajectory.h"
+#include "view/scene.h"
 #include "xview/io/pose_files.h"
 #include "xview/localizer.h"
-#include "xview/pose/trajectory.h"
-#include "xview/view/scene.h"
 
 namespace xview::tools {
 

@@ -10,9 +10,9 @@
 #include <filesystem>
 #include <set>
 
+#include "base/median.h"
+#include "base/user_text.h"
 #include "terminal.h"
-#include "xview/types/median.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

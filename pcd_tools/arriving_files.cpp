@@ -9,11 +9,11 @@
 #include <memory>
 #include <thread>
 
+#include "base/user_text.h"
 #include "outputs.h"
 #include "pose_text.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/graph/blobs.h"
+#include "place/blobs.h"
 
 #include <fmt/core.h>
 
 #include <map>
 
+#include "base/user_text.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "place/measure_size.h"
 #include "tool.h"
-#include "xview/measure_size.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 #include "xview/options.h"
-#include "xview/types/error.h"
-#include "xview/types/localization.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -66,7 +66,7 @@ class BlobsCommand final : public Command {
                       fmt::format("{} frames, {} points", source->size(), cloud.size()));
     std::vector<int> blob_of_point;
     const std::vector<Blob> blobs =
-        graph::extractBlobs(cloud, source->labels(), job.options.blobs, &blob_of_point);
+        extractBlobs(cloud, source->labels(), job.options.blobs, &blob_of_point);
     for (std::size_t i = 0; i < cloud.size(); ++i)
       cloud.points[i].instance = static_cast<std::uint32_t>(blob_of_point[i] + 1);
     job.narrate.stage("blobs", watch.lap_ms(), fmt::format("{} blobs", blobs.size()));

@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "base/label_match.h"
 #include "narrative.h"
 #include "xview/io/recording.h"
-#include "xview/types/label_match.h"
 
 namespace xview::tools {
 

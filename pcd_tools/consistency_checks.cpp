@@ -10,11 +10,11 @@
 #include <tuple>
 #include <utility>
 
+#include "base/pose.h"
 #include "tool.h"
+#include "xview/base/error.h"
+#include "xview/base/semantic_place.h"
 #include "xview/mapper.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/semantic_place.h"
 
 namespace xview::tools {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
+#include "process/atomic_file.h"
 #include "tool.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

@@ -8,9 +8,9 @@
 #include <optional>
 #include <utility>
 
-#include "xview/types/budget.h"
-#include "xview/types/frame.h"
-#include "xview/types/pose.h"
+#include "base/pose.h"
+#include "xview/base/budget.h"
+#include "xview/base/frame.h"
 
 namespace xview::tools {
 namespace {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "inputs.h"
+#include "pose/trajectory.h"
 #include "xview/localizer.h"
-#include "xview/pose/trajectory.h"
 
 namespace xview::tools {
 

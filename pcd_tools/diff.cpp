@@ -4,18 +4,19 @@
 #include <algorithm>
 
 #include "answer_table.h"
+#include "base/user_text.h"
+#include "compare/changes.h"
+#include "io/graph_files.h"
+#include "localizer/query_in_map.h"
 #include "outputs.h"
+#include "place/raw_recording.h"
 #include "placed_visit.h"
+#include "process/atomic_file.h"
 #include "scenes.h"
-#include "xview/changes.h"
-#include "xview/io/graph_files.h"
+#include "xview/base/error.h"
+#include "xview/base/frame.h"
+#include "xview/base/localization.h"
 #include "xview/io/label_files.h"
-#include "xview/raw_recording.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/frame.h"
-#include "xview/types/localization.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

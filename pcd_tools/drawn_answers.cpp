@@ -5,11 +5,11 @@
 #include <filesystem>
 
 #include "outputs.h"
+#include "place/lift.h"
 #include "scenes.h"
-#include "xview/graph/lift.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/error.h"
 
 namespace xview::tools {
 namespace {
@@ -24,7 +24,7 @@ constexpr std::size_t kFramesOfAnswer = 8, kFramesOfAll = 160;
 LabelledCloud thinned(LabelledCloud cloud, double voxel_m) {
   constexpr std::size_t kSmall = 100000;
   if (voxel_m <= 0 || cloud.size() <= kSmall) return cloud;
-  return graph::thinByVoxel(cloud, voxel_m);
+  return thinByVoxel(cloud, voxel_m);
 }
 
 bool isBareCloud(const std::string& path) { return io::readCloudHeader(path).label_field.empty(); }
@@ -208,12 +208,11 @@ void DrawnAnswers::drawRecording(const FrameSource& recording, const Answer& ans
   for (std::size_t k = 0; k < count; ++k) {  // evenly, the last one always
     const Frame frame = recording.read(window[window.size() - 1 - k * window.size() / count]);
     const auto& labels = drawn.labels;
-    cloud.append(voxel_m_ > 0 ? graph::liftThin(frame, labels, job_.options.lift, voxel_m_,
-                                                graph::WholeClasses::none)
-                                    .thin
-                              : graph::lift(frame, labels, job_.options.lift));
+    cloud.append(voxel_m_ > 0
+                     ? liftThin(frame, labels, job_.options.lift, voxel_m_, WholeClasses::none).thin
+                     : lift(frame, labels, job_.options.lift));
   }
-  if (count > 1 && voxel_m_ > 0) cloud = graph::thinByVoxel(cloud, voxel_m_);
+  if (count > 1 && voxel_m_ > 0) cloud = thinByVoxel(cloud, voxel_m_);
   if (cloud.empty()) return;
   scaleLengths(answer.fix.scale, cloud);
   if (recording.sensor() == Sensor::cloud && window.size() == 1)

@@ -8,15 +8,15 @@
 #include <fstream>
 
 #include "answer.h"
+#include "eval/evaluation.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "process/atomic_file.h"
 #include "scenes.h"
 #include "tool.h"
-#include "xview/eval/evaluation.h"
+#include "view/scene.h"
+#include "xview/base/error.h"
 #include "xview/io/pose_files.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/view/scene.h"
 
 namespace xview::tools {
 namespace {

@@ -9,16 +9,16 @@
 
 #include "answer_files.h"
 #include "arriving_files.h"
+#include "base/user_text.h"
 #include "clock.h"
 #include "inputs.h"
 #include "live.h"
 #include "outputs.h"
 #include "pose_text.h"
+#include "process/atomic_file.h"
 #include "tool.h"
 #include "windows.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/types/graph.h"
+#include "xview/base/graph.h"
 
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
 #include <cstring>
 
+#include "base/user_text.h"
 #include "inputs.h"
+#include "io/graph_files.h"
 #include "outputs.h"
+#include "place/edges.h"
+#include "process/atomic_file.h"
 #include "tool.h"
-#include "xview/graph/edges.h"
-#include "xview/io/graph_files.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
-#include "xview/view/scene.h"
+#include "view/scene.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {
@@ -89,7 +89,7 @@ class GraphCommand final : public Command {
       throw UsageError(out + ": a graph ends with .ply, .graphml or .csv");
     requireWritable(out);
     Place result = read(job);
-    graph::makeEdges(result.graph);
+    makeEdges(result.graph);
     if (ending == ".ply")
       io::writeGraph(out, result.graph, result.labels);
     else

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "xview/depth_plausibility.h"
-#include "xview/types/median.h"
+#include "base/median.h"
+#include "place/depth_plausibility.h"
 
 namespace xview::tools {
 namespace {

@@ -6,24 +6,25 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/label_match.h"
+#include "base/pose.h"
+#include "base/user_text.h"
+#include "compare/self_similarity.h"
 #include "consistency_checks.h"
 #include "inputs.h"
+#include "io/bag_files.h"
+#include "localizer/query_check.h"
+#include "map/contents.h"
 #include "outputs.h"
+#include "place/edges.h"
+#include "place/measure_size.h"
+#include "place/odometry_check.h"
+#include "place/raw_recording.h"
 #include "tool.h"
 #include "windows.h"
-#include "xview/graph/edges.h"
-#include "xview/io/bag_files.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
 #include "xview/map/semantic_map.h"
-#include "xview/measure_size.h"
-#include "xview/odometry_check.h"
-#include "xview/query_check.h"
-#include "xview/raw_recording.h"
-#include "xview/self_similarity.h"
-#include "xview/types/error.h"
-#include "xview/types/label_match.h"
-#include "xview/types/pose.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -154,7 +155,7 @@ void Sheet::topics(const std::vector<io::BagTopic>& topics) {
 
 void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels) {
   const Census census = censusOf(graph);
-  const graph::EdgeCount count = graph::countEdges(graph);
+  const EdgeCount count = countEdges(graph);
   sheet.row("graph",
             fmt::format("{} vertices, {} edges, {} connected parts", graph.size(), count.edges,
                         count.parts),

@@ -6,19 +6,20 @@
 #include <map>
 
 #include "classes.h"
-#include "xview/depth_plausibility.h"
-#include "xview/graph/edges.h"
-#include "xview/graph/lift.h"
-#include "xview/graph/smooth_depth.h"
-#include "xview/io/graph_files.h"
+#include "io/graph_files.h"
+#include "map/contents.h"
+#include "place/depth_plausibility.h"
+#include "place/edges.h"
+#include "place/lift.h"
+#include "place/measure_size.h"
+#include "place/raw_recording.h"
+#include "place/smooth_depth.h"
+#include "xview/base/error.h"
+#include "xview/base/frame.h"
+#include "xview/base/localization.h"
 #include "xview/io/label_files.h"
 #include "xview/map/semantic_map.h"
-#include "xview/measure_size.h"
 #include "xview/options.h"
-#include "xview/raw_recording.h"
-#include "xview/types/error.h"
-#include "xview/types/frame.h"
-#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {
@@ -155,7 +156,7 @@ Place readLabelledGraph(const std::string& path, const io::InputOptions& input, 
   io::GraphFile file = io::readGraph(path);
   if (file.graph.empty()) throw Error(path, "the graph has no vertices");
   if (!file.has_edges)
-    graph::useRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
+    useRadius(file.graph, atSize(job.options, sizeFor(job.options, file.graph)).edges);
   Place place;
   place.labels = labelsOfGraph(path, file.graph, file.labels, input, job.narrate);
   place.graph = std::move(file.graph);
@@ -172,7 +173,7 @@ std::optional<Place> readStored(const std::string& path, io::InputOptions& input
 map::SemanticMap mapOfRecordings(
     const std::vector<const FrameSource*>& sources, const Job& job, RecordingsUse use,
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
-  std::map<const FrameSource*, graph::LiftCounts> counts;
+  std::map<const FrameSource*, LiftCounts> counts;
   const auto count = [&](const FrameSource& source, const PreprocessedFrame& frame) {
     counts[&source] += frame.counts;
     if (seen) seen(source, frame);
@@ -360,14 +361,14 @@ void checkOrder(const std::vector<std::string>& operands, const InputFlags& inpu
 }
 
 LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
-                      graph::LiftCounts* counts) {
+                      LiftCounts* counts) {
   struct Lifted {
     LabelledCloud cloud;
-    graph::LiftCounts counts;
+    LiftCounts counts;
     Eigen::Vector3d sensor;
   };
   LabelledCloud whole;
-  graph::LiftCounts sum;
+  LiftCounts sum;
   DepthPlausibility depths;
   forEachFrame(
       source, job, "lift",
@@ -375,7 +376,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
         Lifted lifted;
         lifted.sensor = frame.T_odom_sensor.translation();
         lifted.cloud = lift(frame, source.labels(), job.options.lift, &lifted.counts);
-        graph::setSigmas(graph::inverseDepthNoise(frame.depth), lifted.sensor, lifted.cloud);
+        setSigmas(inverseDepthNoise(frame.depth), lifted.sensor, lifted.cloud);
         return lifted;
       },
       [&](const Lifted& lifted) {
@@ -386,7 +387,7 @@ LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
   depths.require(source);
   logLeftOut(source, sum, job.narrate);
   if (counts) *counts = sum;
-  if (voxel_m > 0) whole = graph::thinByVoxel(whole, voxel_m);
+  if (voxel_m > 0) whole = thinByVoxel(whole, voxel_m);
   return whole;
 }
 

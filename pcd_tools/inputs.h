@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.h"
+#include "place/lift.h"
 #include "tool.h"
-#include "xview/graph/lift.h"
 #include "xview/io/recording.h"
 #include "xview/localizer.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/parallel.h"
 
 namespace xview::tools {
 
@@ -147,6 +147,6 @@ void forEachFrame(const FrameSource& source, const Job& job, const char* stage, 
 /// The measurements of all frames in the odometry frame, one behind the other, thinned to one point
 /// per voxel and class (0 = all). Throws Error if nothing is left.
 LabelledCloud liftAll(const FrameSource& source, const Job& job, double voxel_m,
-                      graph::LiftCounts* counts = nullptr);
+                      LiftCounts* counts = nullptr);
 
 }  // namespace xview::tools

@@ -4,15 +4,15 @@
 #include <mutex>
 
 #include "inputs.h"
+#include "io/image_files.h"
 #include "outputs.h"
+#include "place/network.h"
+#include "place/raw_recording.h"
 #include "tool.h"
-#include "xview/io/image_files.h"
+#include "xview/base/error.h"
+#include "xview/base/frame.h"
+#include "xview/base/localization.h"
 #include "xview/io/label_files.h"
-#include "xview/label/network.h"
-#include "xview/raw_recording.h"
-#include "xview/types/error.h"
-#include "xview/types/frame.h"
-#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {
@@ -29,7 +29,7 @@ class NetworkLabelled final : public RelabelledRecording {
   NetworkLabelled(std::unique_ptr<FrameSource> source, const std::string& model,
                   const NetworkInput& input)
       : RelabelledRecording(std::move(source), *io::namedLabels(labelsOnly(input.labels), "")),
-        network_(label::Network::open(model, input)) {
+        network_(Network::open(model, input)) {
     for (const std::uint32_t id : input.ids) {
       if (id != 0 && !labels().find(id))
         throw Error(model, fmt::format("its configuration has the id {}, which is no class of "
@@ -52,7 +52,7 @@ class NetworkLabelled final : public RelabelledRecording {
 
  private:
   std::vector<std::string> colors_;
-  std::unique_ptr<label::Network> network_;
+  std::unique_ptr<Network> network_;
   mutable std::mutex one_at_a_time_;
 };
 

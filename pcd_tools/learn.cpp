@@ -9,16 +9,16 @@
 #include <map>
 
 #include "answer.h"
+#include "compare/likelihood_learning.h"
 #include "consistency_checks.h"
 #include "inputs.h"
+#include "process/atomic_file.h"
 #include "tool.h"
+#include "verdict/verdict.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 #include "xview/io/pose_files.h"
-#include "xview/likelihood_learning.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/localization.h"
-#include "xview/verify/verdict.h"
 
 namespace xview::tools {
 namespace {
@@ -94,7 +94,7 @@ class LearnCommand final : public Command {
   ExitCode learnVerdict(const Job& job) const {
     AtomicFile out(job.operands.back());
     Truths truths;
-    std::vector<verify::JudgedStatistics> judged;
+    std::vector<verdict::JudgedStatistics> judged;
     std::map<std::string, std::size_t> makes;
     for (std::size_t i = 0; i + 1 < job.operands.size(); ++i) {
       for (const Answer& answer : readAnswers(job.operands[i])) {
@@ -112,8 +112,8 @@ class LearnCommand final : public Command {
       }
     }
     const auto rights = std::count_if(judged.begin(), judged.end(),
-                                      [](const verify::JudgedStatistics& j) { return j.right; });
-    out.write(verify::toText(verify::fitVerdictModel(judged)));
+                                      [](const verdict::JudgedStatistics& j) { return j.right; });
+    out.write(verdict::toText(verdict::fitVerdictModel(judged)));
     out.commit();
     fmt::print("{}: {} right and {} wrong answers\n", job.operands.back(), rights,
                static_cast<std::ptrdiff_t>(judged.size()) - rights);
@@ -122,7 +122,7 @@ class LearnCommand final : public Command {
   }
 
   /// What would be accepted of each make by a model that the others set, as a table.
-  static void printLeftOut(const std::vector<verify::JudgedStatistics>& judged,
+  static void printLeftOut(const std::vector<verdict::JudgedStatistics>& judged,
                            const std::map<std::string, std::size_t>& makes) {
     fmt::print(
         "\nEach make judged by what the others set, right ones accepted and wrong ones accepted at "
@@ -131,13 +131,13 @@ class LearnCommand final : public Command {
         "|---|---|---|---|---|---|---|---|---|\n");
     LeftOut all;
     for (const auto& [make, group] : makes) {
-      std::vector<verify::JudgedStatistics> here, others;
-      for (const verify::JudgedStatistics& j : judged)
+      std::vector<verdict::JudgedStatistics> here, others;
+      for (const verdict::JudgedStatistics& j : judged)
         (j.group == group ? here : others).push_back(j);
-      const verify::VerdictModel model = verify::fitVerdictModel(others);
+      const verdict::VerdictModel model = verdict::fitVerdictModel(others);
       LeftOut of_make;
-      for (const verify::JudgedStatistics& j : here) {
-        const double confidence = verify::confidenceOf(j.statistics, model);
+      for (const verdict::JudgedStatistics& j : here) {
+        const double confidence = verdict::confidenceOf(j.statistics, model);
         of_make.add(j.right, confidence);
         all.add(j.right, confidence);
       }

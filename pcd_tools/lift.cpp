@@ -4,10 +4,10 @@
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/pose_files.h"
-#include "xview/types/error.h"
-#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {
@@ -62,7 +62,7 @@ class LiftCommand final : public Command {
   /// What has no labels gets them as it lies and is long when it was moved.
   Lifted pointsOfFrames(const Job& job, const io::InputOptions& input) const {
     const auto source = openInput(job.operands[0], input, job);
-    graph::LiftCounts counts;
+    LiftCounts counts;
     LabelledCloud cloud = liftAll(*source, job, voxel_m_, &counts);
     std::string story = fmt::format(
         "{} {}, {} points; left out: {} {}, {} out of range, {} of ignored classes", source->size(),
@@ -76,7 +76,7 @@ class LiftCommand final : public Command {
     map::SemanticMap map = map::loadMap(path);
     if (map.cloud.empty()) throw Error(path, "the map keeps no points; make it of a recording");
     if (moved) io::moveCloud(*moved, map.cloud);
-    if (voxel_m_ > 0) map.cloud = graph::thinByVoxel(map.cloud, voxel_m_);
+    if (voxel_m_ > 0) map.cloud = thinByVoxel(map.cloud, voxel_m_);
     std::string story = fmt::format("{} points", map.cloud.size());
     return {std::move(map.cloud), map.labels, std::move(story)};
   }

@@ -15,8 +15,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
+#include "base/user_text.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

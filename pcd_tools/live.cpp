@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "answer_json.h"
-#include "xview/pose/trajectory.h"
-#include "xview/types/error.h"
+#include "pose/trajectory.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {
@@ -164,7 +164,7 @@ LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry)
 bool Follower::newestFits() const {
   if (!fix_ || window_ == 1 || options_.method == "walks") return true;
   const PreprocessedFrame& newest = frames_.back();
-  const verify::PlaceEvidence seen =
+  const PlaceEvidence seen =
       localizer_
           .check(makeQuery(&newest, &newest + 1, labels_, options_), {fix_->T_map_odom},
                  kReach_m * localizer_.size() + options_.odometry.drift * fix_->travelled_m)[0]

@@ -11,21 +11,22 @@
 #include "answer.h"
 #include "answer_files.h"
 #include "answer_table.h"
+#include "base/user_text.h"
 #include "consistency_checks.h"
 #include "hints.h"
 #include "inputs.h"
+#include "map/contents.h"
 #include "outputs.h"
+#include "place/depth_plausibility.h"
 #include "scenes.h"
 #include "tool.h"
 #include "windows.h"
-#include "xview/depth_plausibility.h"
+#include "xview/base/budget.h"
+#include "xview/base/error.h"
+#include "xview/base/frame.h"
+#include "xview/base/localization.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
-#include "xview/types/budget.h"
-#include "xview/types/error.h"
-#include "xview/types/frame.h"
-#include "xview/types/localization.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {
@@ -214,7 +215,7 @@ class LocalizeCommand final : public Command {
     }
   }
 
-  void takeRisk(verify::VerdictOptions& verdict) const {
+  void takeRisk(verdict::VerdictOptions& verdict) const {
     if (risk_ != 0) acceptAtRisk("--risk", risk_, verdict);
   }
 

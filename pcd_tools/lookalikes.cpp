@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <map>
 
+#include "compare/self_similarity.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "process/atomic_file.h"
 #include "scenes.h"
 #include "tool.h"
-#include "xview/self_similarity.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/localization.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "process/atomic_file.h"
+#include "process/library_chatter.h"
 #include "tool.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/library_chatter.h"
 
 int main(int argc, char** argv) {
   xview::removeUnfinishedOnInterrupt();

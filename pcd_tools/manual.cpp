@@ -8,7 +8,8 @@
 #include <cctype>
 #include <map>
 
-#include "xview/types/option_field.h"
+#include "base/option_field.h"
+#include "base/option_visits.h"
 
 namespace xview::tools {
 namespace {

@@ -6,17 +6,18 @@
 #include <optional>
 
 #include "answer_table.h"
+#include "base/user_text.h"
 #include "consistency_checks.h"
 #include "inputs.h"
+#include "map/contents.h"
 #include "map_changes.h"
 #include "outputs.h"
 #include "placed_visit.h"
 #include "tool.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
-#include "xview/types/error.h"
-#include "xview/types/localization.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

@@ -8,10 +8,11 @@
 #include <memory>
 #include <vector>
 
+#include "base/user_text.h"
 #include "inputs.h"
+#include "map/contents.h"
+#include "xview/base/error.h"
 #include "xview/mapper.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "process/atomic_file.h"
 #include "tool.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/atomic_file.h"
 
 namespace xview::tools {
 

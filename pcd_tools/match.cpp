@@ -5,12 +5,12 @@
 
 #include "inputs.h"
 #include "outputs.h"
+#include "process/atomic_file.h"
 #include "scenes.h"
 #include "tool.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 #include "xview/localizer.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -12,11 +12,11 @@
 #include <thread>
 #include <vector>
 
+#include "localizer/helper.h"
 #include "narrative.h"
+#include "process/atomic_file.h"
+#include "process/library_chatter.h"
 #include "tool.h"
-#include "xview/helper.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/library_chatter.h"
 
 namespace xview::tools {
 namespace {

@@ -8,11 +8,11 @@
 #include <cstdio>
 #include <mutex>
 
+#include "base/user_text.h"
 #include "clock.h"
+#include "process/library_chatter.h"
 #include "terminal.h"
-#include "xview/types/error.h"
-#include "xview/types/library_chatter.h"
-#include "xview/types/user_text.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {
@@ -58,12 +58,12 @@ class Bar {
   std::mutex mutex_;
 };
 
-double percentOf(std::uint64_t count, const graph::LiftCounts& counts) {
+double percentOf(std::uint64_t count, const LiftCounts& counts) {
   return 100.0 * static_cast<double>(count) /
          static_cast<double>(std::max<std::uint64_t>(1, counts.all()));
 }
 
-std::string whyNothingIsLeft(const graph::LiftCounts& counts, const std::string& unknown) {
+std::string whyNothingIsLeft(const LiftCounts& counts, const std::string& unknown) {
   if (counts.ignored_class >= std::max(counts.no_depth, counts.out_of_range)) {
     return fmt::format(
         "{:.0f} % are unlabelled or of ignored classes{}; is it the right label set "
@@ -80,7 +80,7 @@ std::string whyNothingIsLeft(const graph::LiftCounts& counts, const std::string&
 }
 
 /// The classes that a recording does not know, the most frequent first; of many the first few.
-std::string unknownClasses(const FrameSource& source, const graph::LiftCounts& counts) {
+std::string unknownClasses(const FrameSource& source, const LiftCounts& counts) {
   constexpr std::size_t kListed = 4;
   const auto amount = [&](std::uint64_t count) {
     const double percent = percentOf(count, counts);
@@ -166,8 +166,7 @@ void logStrays(const FrameSource& source, const Narrative& narrate) {
     narrate.note(source.name() + ": " + left_out.text());
 }
 
-void logLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
-                const Narrative& narrate) {
+void logLeftOut(const FrameSource& source, const LiftCounts& counts, const Narrative& narrate) {
   logStrays(source, narrate);
   const std::string classes = unknownClasses(source, counts);
   if (counts.all() == 0) throw Error(source.name(), "it is empty: it holds no finite point");
@@ -209,10 +208,9 @@ void FrameReport::say() const {
 std::string oneLine(const std::string& text) {
   // More than a path and what is wrong with it; names in files may have any length.
   constexpr std::size_t kLongest = 2400, kEnd = 800;
-  std::string line = printable(
-      text.size() <= kLongest
-          ? text
-          : text.substr(0, kLongest - kEnd) + " ... " + text.substr(text.size() - kEnd));
+  std::string line = printable(text.size() <= kLongest ? text
+                                                       : text.substr(0, kLongest - kEnd) + " ... " +
+                                                             text.substr(text.size() - kEnd));
   while (!line.empty() && line.back() == ' ') line.pop_back();
   return line;
 }

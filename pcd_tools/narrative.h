@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "xview/base/localization.h"
 #include "xview/mapper.h"
-#include "xview/types/localization.h"
 
 namespace xview::tools {
 
@@ -65,8 +65,7 @@ void logStrays(const FrameSource& source, const Narrative& narrate);
 
 /// Notes which measurements of a recording were left out though nobody wished it, those of unknown
 /// classes; throws Error if nothing is left of it.
-void logLeftOut(const FrameSource& source, const graph::LiftCounts& counts,
-                const Narrative& narrate);
+void logLeftOut(const FrameSource& source, const LiftCounts& counts, const Narrative& narrate);
 
 /// Says what became of the frames of a recording: a bar while they come, lines at the end.
 class FrameReport {
@@ -82,7 +81,7 @@ class FrameReport {
   const Narrative& narrate_;
   Progress progress_;
   std::size_t added_ = 0, points_ = 0, blobs_ = 0;
-  graph::LiftCounts left_out_;
+  LiftCounts left_out_;
 };
 
 /// The text without line breaks, so that every message is one line, and without what would steer a

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "compare/self_similarity.h"
+#include "process/atomic_file.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
-#include "xview/self_similarity.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
 
 namespace xview::tools {
 

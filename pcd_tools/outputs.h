@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "narrative.h"
+#include "process/atomic_file.h"
+#include "view/scene.h"
+#include "xview/base/labelled_cloud.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/labelled_cloud.h"
-#include "xview/view/scene.h"
 
 namespace xview::tools {
 

@@ -8,16 +8,16 @@
 #include <set>
 
 #include "answer_table.h"
+#include "base/median.h"
+#include "base/pose.h"
 #include "denser_fixes.h"
+#include "pose/trajectory.h"
+#include "verdict/verdict.h"
+#include "xview/base/budget.h"
+#include "xview/base/frame.h"
+#include "xview/base/localization.h"
 #include "xview/mapper.h"
-#include "xview/pose/trajectory.h"
 #include "xview/sequence.h"
-#include "xview/types/budget.h"
-#include "xview/types/frame.h"
-#include "xview/types/localization.h"
-#include "xview/types/median.h"
-#include "xview/types/pose.h"
-#include "xview/verify/verdict.h"
 
 namespace xview::tools {
 namespace {
@@ -94,7 +94,7 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
     for (const OdometryJump& jump : query.jumps) found.jumps.insert(window.first + jump.position);
     if (!fix.accepted()) return void(found.refusal = fix.reason);
     found.fixes.push_back(pose::fixOf(fix, window.last - 1));
-    found.sigmas_m.push_back(verify::horizontalSigma(fix.covariance));
+    found.sigmas_m.push_back(verdict::horizontalSigma(fix.covariance));
     found.confidence = std::min(found.confidence, fix.confidence);
     for (std::size_t i = window.last - query.poses.size(); i < window.last; ++i)
       found.is_found[i] = true;
@@ -159,7 +159,7 @@ std::optional<PlacedVisit> placeWhole(QueryInput& input, const Localizer& locali
   static_cast<Place&>(visit.place) = std::move(*input.whole);
   visit.is_whole = true;
   visit.T_map_visit = fix.T_map_query;
-  visit.sigma_m = verify::horizontalSigma(fix.covariance);
+  visit.sigma_m = verdict::horizontalSigma(fix.covariance);
   visit.confidence = fix.confidence;
   for (const Eigen::Isometry3d& T : visit.place.poses) visit.poses.push_back(fix.T_map_query * T);
   const Eigen::Isometry3d& last = visit.place.poses.back();

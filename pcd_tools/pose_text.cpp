@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/user_text.h"
+#include "base/pose.h"
+#include "base/user_text.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

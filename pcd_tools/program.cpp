@@ -13,15 +13,15 @@
 #include <system_error>
 #include <utility>
 
+#include "base/user_text.h"
 #include "manual.h"
 #include "outputs.h"
+#include "process/atomic_file.h"
+#include "process/library_chatter.h"
 #include "terminal.h"
 #include "tool.h"
+#include "xview/base/error.h"
 #include "xview/options.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/library_chatter.h"
-#include "xview/types/user_text.h"
 
 namespace xview::tools {
 namespace {

@@ -4,16 +4,16 @@
 #include <map>
 #include <optional>
 
+#include "base/label_match.h"
+#include "compare/changes.h"
+#include "compare/self_similarity.h"
 #include "inputs.h"
 #include "map_changes.h"
 #include "outputs.h"
 #include "tool.h"
-#include "xview/changes.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 #include "xview/map/semantic_map.h"
-#include "xview/self_similarity.h"
-#include "xview/types/error.h"
-#include "xview/types/label_match.h"
-#include "xview/types/localization.h"
 
 namespace xview::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "outputs.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <regex>
 
-#include "xview/types/user_text.h"
+#include "base/user_text.h"
 
 namespace xview::tools {
 namespace {

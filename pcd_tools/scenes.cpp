@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "xview/pose/trajectory.h"
-#include "xview/types/median.h"
+#include "base/median.h"
+#include "pose/trajectory.h"
 
 namespace xview::tools {
 namespace {

@@ -10,9 +10,9 @@
 #include "answer.h"
 #include "answer_table.h"
 #include "inputs.h"
+#include "view/scene.h"
 #include "xview/localizer.h"
 #include "xview/map/semantic_map.h"
-#include "xview/view/scene.h"
 
 namespace xview::tools {
 

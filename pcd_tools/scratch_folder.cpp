@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

@@ -19,6 +19,7 @@
 #include "clock.h"
 #include "http_sockets.h"
 #include "live.h"
+#include "map/contents.h"
 #include "outputs.h"
 #include "pose_text.h"
 #include "query_places.h"
@@ -29,7 +30,7 @@
 #include "service_manager.h"
 #include "tool.h"
 #include "windows.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 namespace {

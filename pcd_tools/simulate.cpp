@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/option_field.h"
 #include "outputs.h"
+#include "sim/recordings.h"
 #include "tool.h"
+#include "xview/base/localization.h"
 #include "xview/io/recording.h"
-#include "xview/sim/recordings.h"
-#include "xview/types/localization.h"
-#include "xview/types/option_field.h"
 
 namespace xview::tools {
 namespace {

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "localizer/helper.h"
 #include "narrative.h"
-#include "xview/helper.h"
+#include "xview/base/budget.h"
 #include "xview/options.h"
-#include "xview/types/budget.h"
 
 namespace CLI {
 class App;

@@ -9,14 +9,14 @@
 #include <regex>
 #include <set>
 
+#include "base/median.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "scenes.h"
+#include "xview/base/error.h"
+#include "xview/base/localization.h"
 #include "xview/io/pose_files.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/error.h"
-#include "xview/types/localization.h"
-#include "xview/types/median.h"
 
 namespace xview::tools {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::tools {
 
@@ -33,7 +33,7 @@ Answer answerFor(const QueryInput& input, const Window& window, const Query& que
   return answer;
 }
 
-void acceptAtRisk(const std::string& name, double risk, verify::VerdictOptions& verdict) {
+void acceptAtRisk(const std::string& name, double risk, verdict::VerdictOptions& verdict) {
   if (!(risk >= 1e-9 && risk <= 0.5))
     throw UsageError(fmt::format("{} = {}, must be in [1e-9, 0.5]", name, risk));
   verdict.min_confidence = 1 - risk;

@@ -6,7 +6,7 @@
 
 #include "answer.h"
 #include "inputs.h"
-#include "xview/verify/verdict.h"
+#include "verdict/verdict.h"
 
 namespace xview::tools {
 
@@ -19,7 +19,7 @@ std::vector<Window> windowsOf(std::size_t frames, int length, int stride);
 Answer answerFor(const QueryInput& input, const Window& window, const Query& query, Answer answer);
 
 /// Accepted is what is wrong with at most this chance. Throws UsageError that calls it `name`.
-void acceptAtRisk(const std::string& name, double risk, verify::VerdictOptions& verdict);
+void acceptAtRisk(const std::string& name, double risk, verdict::VerdictOptions& verdict);
 
 /// Path length at the end of a recording of one piece that is the query [m]: of 1 % drift little
 /// more than a metre, and more than any place needs.

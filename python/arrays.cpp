@@ -9,11 +9,11 @@
 #include <limits>
 #include <set>
 
+#include "base/pose.h"
+#include "base/stray_points.h"
+#include "xview/base/error.h"
 #include "xview/io/label_files.h"
 #include "xview/io/recording.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/stray_points.h"
 
 namespace xview::python {
 namespace {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "xview/types/frame.h"
-#include "xview/types/graph.h"
-#include "xview/types/labels.h"
+#include "xview/base/frame.h"
+#include "xview/base/graph.h"
+#include "xview/base/labels.h"
 
 namespace xview::python {
 

@@ -4,17 +4,17 @@
 #include <fmt/core.h>
 #include <pybind11/stl.h>
 
-#include "xview/graph/edges.h"
-#include "xview/io/graph_files.h"
-#include "xview/measure_size.h"
-#include "xview/types/error.h"
+#include "io/graph_files.h"
+#include "place/edges.h"
+#include "place/measure_size.h"
+#include "xview/base/error.h"
 
 namespace xview::python {
 std::shared_ptr<const Place> withEdges(const Place& place) {
   auto whole = std::make_shared<Place>();
   whole->labels = place.labels;
   whole->graph = place.graph;
-  graph::makeEdges(whole->graph);
+  makeEdges(whole->graph);
   return whole;
 }
 
@@ -72,7 +72,7 @@ Graph makeGraph(const py::array_t<double, py::array::c_style | py::array::forcec
   place->graph.setEdges({});
   const Options options = optionsOf(arguments);
   if (edges.is_none()) {
-    graph::connectByRadius(place->graph, atSize(options, sizeFor(options, place->graph)).edges);
+    connectByRadius(place->graph, atSize(options, sizeFor(options, place->graph)).edges);
   } else {
     const auto pairs =
         py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(edges);

@@ -7,12 +7,12 @@
 #include "answer.h"
 #include "consistency_checks.h"
 #include "fix.h"
+#include "place/depth_plausibility.h"
 #include "places.h"
 #include "windows.h"
-#include "xview/depth_plausibility.h"
+#include "xview/base/error.h"
 #include "xview/localizer.h"
 #include "xview/tracker.h"
-#include "xview/types/error.h"
 
 namespace xview::python {
 namespace {

@@ -9,10 +9,11 @@
 #include <filesystem>
 
 #include "consistency_checks.h"
+#include "map/contents.h"
 #include "map_changes.h"
+#include "process/atomic_file.h"
+#include "xview/base/error.h"
 #include "xview/mapper.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
 
 namespace xview::python {
 namespace {

@@ -2,8 +2,8 @@
 #include "fix.h"
 #include "narrative.h"
 #include "places.h"
-#include "xview/types/error.h"
-#include "xview/types/library_chatter.h"
+#include "process/library_chatter.h"
+#include "xview/base/error.h"
 
 namespace xview::python {
 namespace {

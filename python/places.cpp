@@ -4,9 +4,9 @@
 #include <pybind11/stl.h>
 
 #include "classes.h"
-#include "xview/label/shapes.h"
-#include "xview/raw_recording.h"
-#include "xview/types/error.h"
+#include "place/raw_recording.h"
+#include "place/shapes.h"
+#include "xview/base/error.h"
 
 namespace xview::python {
 namespace {
@@ -153,8 +153,8 @@ tools::QueryInput openRecording(const Recording& recording, const LabelSet& map_
     input.path = recording.source->name();
     const LabelSet& own = recording.source->labels();
     if (own.empty() || (knowsShapesOnly(map_labels) && !knowsShapesOnly(own)))
-      input.source = withShapeLabels(ownedSource(recording.source), label::labelsOfShapes(),
-                                     work.job().options);
+      input.source =
+          withShapeLabels(ownedSource(recording.source), labelsOfShapes(), work.job().options);
     else
       input.source = placeSource(recording, &map_labels, work);
     input.labels = input.source->labels();

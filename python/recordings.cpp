@@ -4,8 +4,8 @@
 #include <fmt/core.h>
 #include <pybind11/stl.h>
 
-#include "xview/raw_recording.h"
-#include "xview/types/error.h"
+#include "place/raw_recording.h"
+#include "xview/base/error.h"
 
 namespace xview::python {
 namespace {

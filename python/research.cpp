@@ -2,17 +2,17 @@
 #include <fmt/core.h>
 #include <pybind11/stl.h>
 
+#include "base/label_match.h"
+#include "eval/evaluation.h"
 #include "fix.h"
+#include "match/consistency.h"
+#include "match/descriptors.h"
+#include "match/sample_consensus.h"
+#include "place/edges.h"
 #include "places.h"
-#include "xview/eval/evaluation.h"
-#include "xview/graph/edges.h"
-#include "xview/match/descriptors.h"
-#include "xview/types/error.h"
-#include "xview/types/label_match.h"
-#include "xview/verify/consistency.h"
-#include "xview/verify/sample_consensus.h"
+#include "xview/base/error.h"
 #ifdef XVIEW_WITH_SIM
-#include "xview/sim/recordings.h"
+#include "sim/recordings.h"
 #endif
 
 namespace xview::python {
@@ -39,7 +39,7 @@ Graph graphOf(const Source& source, const py::kwargs& arguments) {
   });
   work.takeNotes();
   if (place->graph.empty()) throw Error(recording.source->name(), "no blobs to make a graph of");
-  graph::makeEdges(place->graph);
+  makeEdges(place->graph);
   return {"", {}, std::move(place)};
 }
 
@@ -146,12 +146,12 @@ py::tuple consensusOf(
       throw UsageError(fmt::format("pairs[{}] names a vertex that does not exist", i));
     matches.push_back(match);
   }
-  const verify::Consensus consensus = released([&] {
+  const match::Consensus consensus = released([&] {
     const auto from = positionsOf(query), to = positionsOf(map);
-    return verify::rejectBySampleConsensus(
+    return match::rejectBySampleConsensus(
         from, to,
-        verify::consistentCorrespondences(from, to, matches, options.consensus.inlier_m,
-                                          options.gravity != "free"),
+        match::consistentCorrespondences(from, to, matches, options.consensus.inlier_m,
+                                         options.gravity != "free"),
         options.consensus);
   });
   if (!consensus.found) return py::make_tuple(py::none(), pairsOf(std::vector<Correspondence>()));

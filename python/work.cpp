@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "work.h"
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::python {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "baselines/baseline.h"
 #include "baselines/consistency_graph.h"
-#include "xview/pose/align.h"
+#include "pose/align.h"
 
 namespace xview {
 namespace {

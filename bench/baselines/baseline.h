@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
-#include "xview/types/graph.h"
-#include "xview/types/labels.h"
+#include "xview/base/graph.h"
+#include "xview/base/labels.h"
 
 namespace xview {
 

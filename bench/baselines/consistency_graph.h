@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "xview/types/graph.h"
+#include "xview/base/graph.h"
 
 namespace xview {
 

@@ -6,9 +6,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/pose.h"
 #include "baselines/baseline.h"
-#include "xview/pose/align.h"
-#include "xview/types/pose.h"
+#include "pose/align.h"
 
 namespace xview {
 namespace {

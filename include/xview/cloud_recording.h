@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "xview/types/frame.h"
+#include "xview/base/frame.h"
 
 namespace xview {
 

@@ -7,16 +7,20 @@
 #include <string>
 #include <vector>
 
+#include "xview/base/budget.h"
+#include "xview/base/localization.h"
+#include "xview/base/semantic_place.h"
 #include "xview/cloud_recording.h"
 #include "xview/map/semantic_map.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
-#include "xview/types/budget.h"
-#include "xview/types/localization.h"
-#include "xview/types/semantic_place.h"
-#include "xview/verify/verdict.h"
 
 namespace xview {
+
+namespace verdict {
+struct Evidence;
+struct Verdict;
+}  // namespace verdict
 
 /// Evidence of a piece of the query about the best hypothesis.
 enum class Support {
@@ -52,7 +56,7 @@ struct ExpectedPose {
 /// What speaks for one pose of a query.
 struct PoseCheck {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
-  verify::PlaceEvidence evidence;
+  PlaceEvidence evidence;
 };
 
 /// Finds queries in one map, which it keeps. Building it makes the search index once; everything
@@ -127,7 +131,7 @@ class Localizer {
   /// and reason are left to the caller.
   Localization describe(const Query& query, const PoseCheck& place) const;
   /// What the evidence for a place says in this map, with the options of the localizer.
-  verify::Verdict judge(const verify::Evidence& evidence) const;
+  verdict::Verdict judge(const verdict::Evidence& evidence) const;
   /// False if the prior of the options excludes this pose of the query.
   bool priorAllows(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   /// What each sample and vertex of the query says about the pose of an answer to it; nothing if

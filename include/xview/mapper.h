@@ -79,4 +79,7 @@ std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
 /// source of the same name was where the other place was at most of its times.
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other);
 
+/// A query from a saved session: everything the map knows, answered for its last key frame.
+Query makeQuery(map::SemanticMap map, const Options& options);
+
 }  // namespace xview

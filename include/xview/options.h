@@ -4,47 +4,145 @@
 #include <string>
 #include <vector>
 
-#include "xview/graph/blobs.h"
-#include "xview/graph/clean_labels.h"
-#include "xview/graph/edges.h"
-#include "xview/graph/lift.h"
-#include "xview/graph/merge.h"
-#include "xview/match/descriptors.h"
-#include "xview/match/walks.h"
-#include "xview/pose/posterior.h"
-#include "xview/pose/refine.h"
-#include "xview/search/search.h"
-#include "xview/types/option_field.h"
-#include "xview/types/semantic_place.h"
-#include "xview/types/user_text.h"
-#include "xview/verify/sample_consensus.h"
-#include "xview/verify/verdict.h"
+#include "xview/base/semantic_place.h"
 
 namespace xview {
+
+struct CleanOptions {
+  bool enabled = true;
+  /// Half size of the element that may also take pixels of other classes (paper: 4 px), in images
+  /// 1280 pixels wide as in the paper; scaled with the width.
+  int boundary_px = 0;
+};
+
+struct LiftOptions {
+  double min_range_m = 0.3;
+  double max_range_m = 50;  ///< of cameras near the ground; from the air and of LiDAR it is more
+};
+
+struct BlobOptions {
+  double tolerance_m = 0.5;  ///< two points of a class nearer than this are in one blob
+  int min_points = 20;       ///< smaller blobs are dropped
+  double voxel_m = 0.1;      ///< thin a frame to one point per voxel and class first; 0 = off
+  double max_surface_m =
+      20;  ///< surfaces that spread further are cut into squares; 0 = off (paper)
+  /// Regions of label images of a smaller share of the image are leaves and specks, whose median
+  /// depth says little (the paper's scripts: 0.002).
+  double min_share = 0.001;
+  std::string instances = "all";  ///< classes whose instances part a region of a label image
+};
+
+struct MergeOptions {
+  std::string mode = "running_mean";
+  /// Merge distance of mode first_observation (paper: 10 m SYNTHIA, 15 m others).
+  double first_observation_m = 10;
+  double object_m = 2;          ///< merge distance of objects in mode running_mean
+  double surface_m = 3;         ///< spacing of surface vertices in mode running_mean
+  int min_surface_points = 10;  ///< a cell of a surface with fewer, over all frames, is no vertex
+};
+
+struct EdgeOptions {
+  double radius_m = 15;  ///< vertices nearer than this are neighbours
+};
+namespace match {
+
+struct WalkOptions {
+  int num_walks = 0;              ///< n (paper: 200); 0 = all of them, by their probability
+  int walk_length = 4;            ///< m, vertices per walk including the first (paper: 3 to 5)
+  int nearest = 8;                ///< neighbours that a walk may go on to; 0 = all (paper)
+  bool immediate_return = false;  ///< may a walk step back to where it just came from (paper: no)
+};
+
+struct MatchOptions {
+  int candidates = 15;     ///< k best map vertices per query vertex
+  bool rare_words = true;  ///< weight words by their rarity in the map (inverse document frequency)
+};
+}  // namespace match
+
+namespace match {
+
+struct ConsensusOptions {
+  double inlier_m = 3;  ///< a correspondence fits a pose if it ends this near
+  int iterations = 10000;
+  int min_inliers = 4;  ///< fewer than this is no pose
+};
+}  // namespace match
+
+namespace search {
+
+struct SearchOptions {
+  int hypotheses = 5;       ///< distinct places that are reported
+  std::string likelihoods;  ///< file of xview learn; empty = what the program comes with
+  double cell_m = 2;        ///< of the exhaustive search over BEV grids, taken as the nearest
+                            ///< power of two of bev.cell_m; twice that at first in
+                            ///< large maps. Larger is faster and less sure
+  double detection = 0.62;  ///< bare graphs: chance that a query finds an object again
+  double sigma_m = 0.9;     ///< bare graphs: of an object's position, map and query together
+};
+}  // namespace search
+
+namespace verdict {
+
+struct VerdictOptions {
+  /// An answer is accepted if this share of answers that are at least as sure is right.
+  double min_confidence = 0.99;
+  double min_known_share = 0.15;  ///< share of the query that must lie where the map was seen
+  std::string model;  ///< file of xview learn --verdict; empty = what the program comes with
+};
+}  // namespace verdict
+
+namespace pose {
+
+struct PosteriorOptions {
+  bool enabled = true;
+  std::string solver = "trust_region";
+  std::string gravity = "auto";
+  double odometry_sigma_m = 0.05;
+  double odometry_sigma_rad = 0.002;
+
+  /// What a caller may know better than this, but a user need not.
+  struct Model {
+    double vertex_sigma_m = 0.1;      ///< of an observed vertex, beside what its graph says
+    double match_sigma_m = 0.3;       ///< of a vertex to its partner, beside the error of the map
+    double gravity_sigma_rad = 0.01;  ///< of the known up
+    /// Of trust_region: matches further apart than this many standard deviations count less
+    /// (Cauchy); 0 = quadratic.
+    double robust_scale = 2;
+    /// Longer windows are thinned to about this number of poses, which odometry then interpolates.
+    int max_poses = 60;
+  } model;
+};
+
+struct RefineOptions {
+  bool enabled = true;
+  double cell_m = 0.8;
+  double reach_m = 40;
+  double max_sigma_m = 0.5;
+  double tilt_sigma_deg = 0.5;
+  double max_shift_m = 2.5;
+
+  /// What points seen once ask for; averaged ones ask for something else.
+  struct Model {
+    int max_points = 3000;      ///< of the query
+    double first_gate_m = 2.0;  ///< a point may be this far from its distribution at first
+    double last_gate_m = 0.8;   ///< and at the end
+    double roughness_m = 0.05;  ///< standard deviation added to every distribution
+    double drift_share = 0.03;  ///< error of the odometry per path length where a window drifts
+    double start_reach_m = 1;   ///< multi-start: distance to both sides along the direction of
+                                ///< least information [m]; 0 = from the given pose only
+  } model;
+};
+
+}  // namespace pose
 
 struct MapOptions {
   double cloud_voxel_m = 0.25;  ///< the labelled cloud of a map has one point per voxel and class
 };
 
-template <class Visitor>
-void visit(MapOptions& o, Visitor&& field) {
-  field("cloud_voxel_m", o.cloud_voxel_m, Range{0.02, 10},
-        "thin the labelled cloud of a map to one point per voxel and class [m]");
-}
-
 struct PriorOptions {
   std::string near;  ///< "x,y,radius" of the last query pose in the map [m]; empty = anywhere
   std::string yaw;   ///< "heading,tolerance" of the last query pose in the map [deg]; empty = any
 };
-
-template <class Visitor>
-void visit(PriorOptions& o, Visitor&& field) {
-  field("near", o.near, Syntax{requireCircle},
-        "the last pose is within the circle x,y,radius of the map [m]; empty = anywhere");
-  field("yaw", o.yaw, Syntax{requireHeading},
-        "the last pose looks along heading,tolerance, counter-clockwise from x of the map [deg]; "
-        "empty = any");
-}
 
 /// How far the odometry of a recording goes wrong between two of its windows.
 struct OdometryOptions {
@@ -52,14 +150,6 @@ struct OdometryOptions {
   double drift_deg_per_m = 0.1;  ///< error of its heading
   bool check = true;             ///< hold it against the scans (OdometryCheck)
 };
-
-template <class Visitor>
-void visit(OdometryOptions& o, Visitor&& field) {
-  field("drift", o.drift, Range{0, 1}, "error of the odometry as a share of the path length");
-  field("drift_deg_per_m", o.drift_deg_per_m, Range{0, 180}, "error of its heading [deg/m]");
-  field("check", o.check,
-        "hold the odometry against the scans: queries begin behind a jump, maps refuse one");
-}
 
 /// Everything that can be set, one struct per stage. Struct path = YAML key = flag:
 /// walks.num_walks, --walks.num_walks 200.
@@ -69,66 +159,27 @@ struct Options {
   /// (regions) the one from label images and the other by distance in space, as in the paper.
   std::string graph_space = "cloud";
   std::string gravity =
-      "auto";         ///< is z up in map and query? See Gravity in xview/types/localization.h
+      "auto";         ///< is z up in map and query? See Gravity in xview/base/localization.h
   std::string scale;  ///< "low,high" or "free"; empty = lengths of the query are right
   std::string size = "auto";  ///< what lengths are usual in the place; see semantic_place.h
   int seed = 1;
   int threads = 0;
   PriorOptions prior;
-  graph::CleanOptions clean;
-  graph::LiftOptions lift;
-  graph::BlobOptions blobs;
-  graph::MergeOptions merge;
-  graph::EdgeOptions edges;
+  CleanOptions clean;
+  LiftOptions lift;
+  BlobOptions blobs;
+  MergeOptions merge;
+  EdgeOptions edges;
   MapOptions map;
   match::WalkOptions walks;
   match::MatchOptions match;
-  verify::ConsensusOptions consensus;
+  match::ConsensusOptions consensus;
   search::SearchOptions places;
-  verify::VerdictOptions verdict;
+  verdict::VerdictOptions verdict;
   pose::PosteriorOptions posterior;
   pose::RefineOptions refine;
   OdometryOptions odometry;
 };
-
-template <class Visitor>
-void visit(Options& o, Visitor&& field) {
-  field("method", o.method, Choices{{"auto", "walks", "search"}},
-        "who proposes poses: X-View's walks, the place search, or both");
-  field("graph_space", o.graph_space, Choices{{"cloud", "image", "regions"}},
-        "blobs and edges from points in space; image: from regions near each other in depth+label "
-        "images (the paper's image space); regions: the same blobs, edges in space (the paper's "
-        "3-D space)");
-  field("gravity", o.gravity, Choices{{"auto", "aligned", "free"}},
-        "aligned: z is up in map and query; free: it may not be, what they hold tells, else all "
-        "six degrees of freedom are "
-        "searched; auto: z is up unless they clearly say otherwise");
-  field("scale", o.scale, Syntax{requireScale},
-        "lengths of the query may be wrong by one factor: low,high of what they are to be "
-        "multiplied with, or free = 0.75,1.34; empty = they are right");
-  field(
-      "size", o.size, Syntax{requireSize},
-      "what lengths are usual: town, room or desk, or the typical spacing of neighbouring objects "
-      "[m]; auto follows from the data; a query has the size of the map");
-  field("seed", o.seed, Range{0, 2147483647}, "seed of everything random");
-  field("threads", o.threads, Range{0, 1024},
-        "threads; 0 = all cores. Results do not depend on it");
-  field.group("prior", o.prior);
-  field.group("clean", o.clean);
-  field.group("lift", o.lift);
-  field.group("blobs", o.blobs);
-  field.group("merge", o.merge);
-  field.group("edges", o.edges);
-  field.group("map", o.map);
-  field.group("walks", o.walks);
-  field.group("match", o.match);
-  field.group("consensus", o.consensus);
-  field.group("places", o.places);
-  field.group("verdict", o.verdict);
-  field.group("posterior", o.posterior);
-  field.group("refine", o.refine);
-  field.group("odometry", o.odometry);
-}
 
 /// One option as the command line and --print-config see it.
 struct OptionEntry {

@@ -4,26 +4,48 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "xview/graph/bev_grid.h"
-#include "xview/graph/merge.h"
-#include "xview/map/semantic_map.h"
-#include "xview/odometry_check.h"
+#include "xview/base/graph.h"
+#include "xview/base/semantic_place.h"
 #include "xview/options.h"
-#include "xview/types/graph.h"
-#include "xview/types/semantic_place.h"
 
 namespace xview {
+
+class BevGridBuilder;
+class OdometryCheck;
+class PlaceGraphBuilder;
+
+/// The name of the label set of classes from shapes.
+constexpr const char* kShapes = "shapes";
+inline bool knowsShapesOnly(const LabelSet& labels) { return labels.name() == kShapes; }
+
+/// A recording with the classes that maps and queries are made of: its own, with
+/// withRolesByShape(); those of shapes if it has none, or if the map knows nothing else. The
+/// recording must outlive the result.
+std::unique_ptr<const FrameSource> withClasses(const FrameSource& recording, const Options& options,
+                                               const LabelSet* of_map = nullptr);
 
 /// Called after each frame with (done, total). May be empty.
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
+/// What became of the measurements of a frame.
+struct LiftCounts {
+  std::uint64_t lifted = 0;
+  std::uint64_t no_depth = 0;  ///< depth not positive, NaN or infinite
+  std::uint64_t out_of_range = 0;
+  std::uint64_t ignored_class = 0;                 ///< role ignored or id unknown to the label set
+  std::map<std::uint32_t, std::uint64_t> unknown;  ///< of those the ones that the set does not know
+  std::uint64_t all() const { return lifted + no_depth + out_of_range + ignored_class; }
+  LiftCounts& operator+=(const LiftCounts& other);
+};
+
 /// A preprocessed frame: what later stages need of it, small enough to keep for a whole recording.
-/// In the odometry frame, at canonical scale (types/semantic_place.h).
+/// In the odometry frame, at canonical scale (base/semantic_place.h).
 struct PreprocessedFrame {
   double size = 1;  ///< scale: its lengths times this are metres
   std::int64_t number = 0;
@@ -37,7 +59,7 @@ struct PreprocessedFrame {
   bool aerial = false;              ///< a camera that looks down from the air
   std::vector<Blob> blobs;
   BlobEdges blob_edges;  ///< image space only (options.graph_space)
-  graph::LiftCounts counts;
+  LiftCounts counts;
   Timings timing_ms;  ///< read, lift, blobs
 };
 
@@ -82,6 +104,9 @@ class PlaceBuilder {
 
   PlaceBuilder(const LabelSet& labels, const Options& options, PlaceUse use,
                std::size_t frames_for_gravity = kFramesForGravity);
+  PlaceBuilder(PlaceBuilder&&) noexcept;
+  PlaceBuilder& operator=(PlaceBuilder&&) noexcept;
+  ~PlaceBuilder();
 
   void add(SharedFrame frame);
   void add(PreprocessedFrame frame) {
@@ -114,9 +139,9 @@ class PlaceBuilder {
   Options given_, options_;  ///< in metres, at canonical scale
   PlaceUse use_;
   std::size_t frames_for_gravity_;
-  std::optional<OdometryCheck> odometry_;  ///< of a query
-  std::optional<graph::PlaceGraphBuilder> graph_;
-  std::optional<graph::BevGridBuilder> bev_;
+  std::unique_ptr<OdometryCheck> odometry_;  ///< of a query
+  std::unique_ptr<PlaceGraphBuilder> graph_;
+  std::unique_ptr<BevGridBuilder> bev_;
   Place place_;
   std::vector<SharedFrame> waiting_;  ///< until it is known which way is up
   bool is_aligned_ = false;
@@ -140,7 +165,5 @@ Query makeQuery(const FrameSource& source, const Options& options,
                 const std::function<void(const PreprocessedFrame&)>& seen = {});
 /// A query from a bare graph.
 Query makeQuery(const SemanticGraph& graph, const LabelSet& labels, const Options& options);
-/// A query from a saved session: everything the map knows, answered for its last key frame.
-Query makeQuery(map::SemanticMap map, const Options& options);
 
 }  // namespace xview

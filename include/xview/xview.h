@@ -4,6 +4,9 @@
 // Everything that a program of your own needs: read recordings, make maps, localize in them. The
 // stages have headers of their own, in folders that are named after them.
 
+#include "xview/base/budget.h"
+#include "xview/base/error.h"
+#include "xview/base/semantic_place.h"
 #include "xview/cloud_recording.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/label_files.h"
@@ -14,10 +17,6 @@
 #include "xview/mapper.h"
 #include "xview/options.h"
 #include "xview/place_builder.h"
-#include "xview/raw_recording.h"
 #include "xview/sequence.h"
 #include "xview/tracker.h"
-#include "xview/types/budget.h"
-#include "xview/types/error.h"
-#include "xview/types/semantic_place.h"
 #include "xview/version.h"

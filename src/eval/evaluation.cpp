@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/evaluation.h"
+#include "eval/evaluation.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -8,8 +8,8 @@
 #include <limits>
 #include <numeric>
 
-#include "xview/types/in_order.h"
-#include "xview/types/pose.h"
+#include "base/in_order.h"
+#include "base/pose.h"
 
 namespace xview {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/evaluation.h"
+#include "eval/evaluation.h"
 
 #include <fmt/core.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "xview/types/user_text.h"
+#include "base/user_text.h"
 
 namespace xview {
 namespace {

@@ -10,10 +10,10 @@
 #include <limits>
 #include <new>
 
+#include "base/stray_points.h"
 #include "cloud_tiles.h"
 #include "point_table.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/stray_points.h"
+#include "process/atomic_file.h"
 
 namespace xview::io {
 namespace {

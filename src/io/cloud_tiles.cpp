@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "input_file.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
+#include "process/atomic_file.h"
+#include "xview/base/error.h"
 #include "yaml_file.h"
 
 namespace xview::io {

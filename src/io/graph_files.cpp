@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/graph_files.h"
+#include "io/graph_files.h"
 
 #include <algorithm>
 #include <charconv>
@@ -8,7 +8,7 @@
 #include <new>
 
 #include "point_table.h"
-#include "xview/types/atomic_file.h"
+#include "process/atomic_file.h"
 
 namespace xview::io {
 namespace {

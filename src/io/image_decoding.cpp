@@ -16,9 +16,9 @@
 #include "codecs.h"
 #include "image_headers.h"
 #include "input_file.h"
-#include "xview/types/error.h"
-#include "xview/types/library_chatter.h"
-#include "xview/types/module.h"
+#include "process/library_chatter.h"
+#include "process/module.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

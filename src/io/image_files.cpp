@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/image_files.h"
+#include "io/image_files.h"
 
 #include <fmt/core.h>
 #include <libdeflate.h>
@@ -13,8 +13,8 @@
 #include <string_view>
 
 #include "image_decoding.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
+#include "process/atomic_file.h"
+#include "xview/base/error.h"
 #include "yaml_file.h"
 
 namespace xview::io {

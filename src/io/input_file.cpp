@@ -8,7 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

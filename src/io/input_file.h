@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "xview/types/user_text.h"
+#include "base/user_text.h"
 
 namespace xview::io {
 

@@ -5,11 +5,11 @@
 #include <array>
 #include <filesystem>
 
+#include "base/user_text.h"
 #include "input_file.h"
 #include "shipped_labels.h"
+#include "xview/base/error.h"
 #include "xview/io/recording.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
 #include "yaml_file.h"
 
 namespace xview::io {

@@ -9,7 +9,7 @@
 #include <cstring>
 
 #include "point_table.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

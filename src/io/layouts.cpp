@@ -6,9 +6,9 @@
 #include <new>
 #include <optional>
 
+#include "base/stray_points.h"
+#include "xview/base/error.h"
 #include "xview/io/pose_files.h"
-#include "xview/types/error.h"
-#include "xview/types/stray_points.h"
 
 namespace xview::io {
 namespace {

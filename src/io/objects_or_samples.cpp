@@ -6,10 +6,10 @@
 #include <unordered_set>
 #include <vector>
 
+#include "base/median.h"
 #include "layouts.h"
 #include "point_table.h"
-#include "xview/types/error.h"
-#include "xview/types/median.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

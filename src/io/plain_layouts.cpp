@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "image_decoding.h"
+#include "io/image_files.h"
 #include "layouts.h"
 #include "point_table.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
-#include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
-#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {

@@ -8,8 +8,8 @@
 #include <map>
 
 #include "point_table.h"
+#include "xview/base/error.h"
 #include "xview/io/label_files.h"
-#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {

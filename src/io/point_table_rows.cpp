@@ -5,8 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "base/user_text.h"
 #include "point_table.h"
-#include "xview/types/user_text.h"
 
 namespace xview::io {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/pose.h"
 #include "layouts.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/pose.h"
+#include "process/atomic_file.h"
 
 namespace xview::io {
 namespace {

@@ -10,18 +10,18 @@
 #include <sstream>
 #include <utility>
 
+#include "base/parallel.h"
+#include "base/user_text.h"
 #include "cloud_tiles.h"
 #include "input_file.h"
+#include "io/bag_files.h"
+#include "io/image_files.h"
 #include "layouts.h"
-#include "xview/io/bag_files.h"
+#include "process/atomic_file.h"
+#include "xview/base/error.h"
+#include "xview/base/semantic_place.h"
 #include "xview/io/cloud_files.h"
-#include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
-#include "xview/types/parallel.h"
-#include "xview/types/semantic_place.h"
-#include "xview/types/user_text.h"
 
 namespace xview::io {
 namespace {

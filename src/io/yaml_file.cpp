@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/user_text.h"
 #include "input_file.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

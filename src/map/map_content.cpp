@@ -11,12 +11,13 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/pose.h"
+#include "base/user_text.h"
+#include "map/contents.h"
 #include "packed_cloud.h"
 #include "packed_vertices.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/semantic_place.h"
-#include "xview/types/user_text.h"
+#include "xview/base/error.h"
+#include "xview/base/semantic_place.h"
 
 namespace xview::map {
 namespace {

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "map_tables.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::map {
 namespace {

@@ -17,11 +17,12 @@
 #include <optional>
 #include <stdexcept>
 
+#include "map/contents.h"
 #include "map_journal.h"
 #include "map_tables.h"
 #include "packed_cloud.h"
-#include "xview/types/atomic_file.h"
-#include "xview/types/error.h"
+#include "process/atomic_file.h"
+#include "xview/base/error.h"
 
 namespace xview::map {
 namespace {

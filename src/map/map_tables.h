@@ -12,9 +12,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/user_text.h"
 #include "map_tiles.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/user_text.h"
 
 namespace xview::map {
 

@@ -21,7 +21,7 @@
 #include <type_traits>
 #include <unordered_map>
 
-#include "xview/types/stored_cloud.h"
+#include "base/stored_cloud.h"
 
 namespace xview::map {
 namespace {
@@ -199,7 +199,7 @@ bool isBefore(const Tile& a, const Tile& b) {
 }
 
 /// Sums what add() receives of the points of a tile, in any order.
-class TileDigest {
+class TileChecksum {
  public:
   void add(std::uint32_t label, const std::array<std::int64_t, 3>& in_tile) {
     static_assert(kSide <= 1 << 13);
@@ -222,7 +222,7 @@ template <class PointAt>
 std::vector<Tile> tilesOf(std::size_t count, const PointAt& at, const PackedView* known = nullptr) {
   struct Open {
     Tile tile;
-    TileDigest digest;
+    TileChecksum checksum;
   };
   std::vector<Open> open;
   std::unordered_map<std::int64_t, std::int32_t> number_of;  // by tileId
@@ -240,14 +240,14 @@ std::vector<Tile> tilesOf(std::size_t count, const PointAt& at, const PackedView
     if (is_new) open.push_back({std::move(empty), {}});
     tile_of[i] = found->second;
     ++open[found->second].tile.points;
-    if (known) open[found->second].digest.add(p.label, in_tile);
+    if (known) open[found->second].checksum.add(p.label, in_tile);
   }
   const Grouped points(tile_of, open.size());
   std::vector<Tile> tiles;
   std::vector<PointRow> rows;
   for (std::size_t t = 0; t < open.size(); ++t) {
     Tile& tile = open[t].tile;
-    if (const Tile* same = known ? known->find(tile, open[t].digest.sum()) : nullptr) {
+    if (const Tile* same = known ? known->find(tile, open[t].checksum.sum()) : nullptr) {
       tiles.push_back(*same);
       continue;
     }
@@ -363,15 +363,15 @@ std::vector<Tile> toTiles(const LabelledCloud& cloud) {
   return tilesOf(cloud.size(), [&](std::size_t i) { return cloud.points[i]; });
 }
 
-void PackedView::add(const Tile& tile, std::uint64_t digest) {
-  tiles_.insert_or_assign(tileId(tile), Entry{tile, digest});
+void PackedView::add(const Tile& tile, std::uint64_t checksum) {
+  tiles_.insert_or_assign(tileId(tile), Entry{tile, checksum});
 }
 
-const Tile* PackedView::find(const Tile& tile, std::uint64_t digest) const {
+const Tile* PackedView::find(const Tile& tile, std::uint64_t checksum) const {
   const auto found = tiles_.find(tileId(tile));
   if (found == tiles_.end()) return nullptr;
   const Entry& entry = found->second;
-  return entry.digest == digest && entry.tile.points == tile.points ? &entry.tile : nullptr;
+  return entry.checksum == checksum && entry.tile.points == tile.points ? &entry.tile : nullptr;
 }
 
 std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known) {
@@ -451,10 +451,10 @@ PackedView fill(std::vector<Tile> tiles, BevGrid& bev) {
         std::find_if(row, tiles.end(), [&](const Tile& tile) { return tile.y != row->y; });
     BevGrid of_row;
     for (; row != end; ++row) {
-      TileDigest digest;
+      TileChecksum checksum;
       appendPoints(*row, bev.cell_m, of_row,
-                   [&](std::uint32_t label, const auto& in_tile) { digest.add(label, in_tile); });
-      if (row->packing == Packing::voxels) packed.add(*row, digest.sum());
+                   [&](std::uint32_t label, const auto& in_tile) { checksum.add(label, in_tile); });
+      if (row->packing == Packing::voxels) packed.add(*row, checksum.sum());
     }
     for (std::size_t c = 0; c < kBevChannels; ++c) appendSorted(of_row.samples[c], bev.samples[c]);
     appendSorted(of_row.known, bev.known);
@@ -494,25 +494,26 @@ std::string channelNames() {
 
 namespace {
 
-std::uint64_t digestOf(const std::vector<Vertex>& vertices, std::size_t first, std::size_t count) {
-  std::uint64_t digest = count;
+std::uint64_t checksumOf(const std::vector<Vertex>& vertices, std::size_t first,
+                         std::size_t count) {
+  std::uint64_t checksum = count;
   const auto mix = [&](std::uint64_t word) {
-    digest = (digest ^ word) * 0x9E3779B97F4A7C15ull;
-    digest ^= digest >> 32;
+    checksum = (checksum ^ word) * 0x9E3779B97F4A7C15ull;
+    checksum ^= checksum >> 32;
   };
   for (std::size_t i = first; i < first + count; ++i) {
     const Vertex& v = vertices[i];
     forWholeNumbers([&](auto member) { mix(static_cast<std::uint64_t>(v.*member)); });
     forRealNumbers([&](const auto& number) { mix(bitsOf(number(v))); });
   }
-  return digest;
+  return checksum;
 }
 
 }  // namespace
 
 void PackedVertices::add(VertexBlock block, const std::vector<Vertex>& vertices) {
   const std::size_t count = block.vertices, first = vertices.size() - count;
-  entries_.push_back({std::move(block), digestOf(vertices, first, count)});
+  entries_.push_back({std::move(block), checksumOf(vertices, first, count)});
 }
 
 const VertexBlock* PackedVertices::find(const std::vector<Vertex>& vertices, std::size_t first,
@@ -521,7 +522,7 @@ const VertexBlock* PackedVertices::find(const std::vector<Vertex>& vertices, std
   const Entry& entry = entries_[first / kVertexBlock];
   const bool is_same = entry.block.first_vertex == static_cast<std::int64_t>(first) &&
                        entry.block.vertices == count &&
-                       entry.digest == digestOf(vertices, first, count);
+                       entry.checksum == checksumOf(vertices, first, count);
   return is_same ? &entry.block : nullptr;
 }
 

@@ -10,11 +10,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "xview/search/distance_field.h"
-#include "xview/types/bev_grid.h"
-#include "xview/types/cells.h"
-#include "xview/types/graph.h"
-#include "xview/types/labelled_cloud.h"
+#include "base/cells.h"
+#include "search/distance_field.h"
+#include "xview/base/bev_grid.h"
+#include "xview/base/graph.h"
+#include "xview/base/labelled_cloud.h"
 
 namespace xview::map {
 
@@ -137,15 +137,15 @@ void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles);
 /// those of a grown map that hold something else are packed anew.
 class PackedView {
  public:
-  /// `digest`: of the points of the tile.
-  void add(const Tile& tile, std::uint64_t digest);
-  /// The tile of that place with as many points and that digest, or null.
-  const Tile* find(const Tile& tile, std::uint64_t digest) const;
+  /// `checksum`: of the points of the tile.
+  void add(const Tile& tile, std::uint64_t checksum);
+  /// The tile of that place with as many points and that checksum, or null.
+  const Tile* find(const Tile& tile, std::uint64_t checksum) const;
 
  private:
   struct Entry {
     Tile tile;
-    std::uint64_t digest = 0;
+    std::uint64_t checksum = 0;
   };
   std::unordered_map<std::int64_t, Entry> tiles_;  ///< by tileId
 };
@@ -206,7 +206,7 @@ class PackedVertices {
  private:
   struct Entry {
     VertexBlock block;
-    std::uint64_t digest = 0;
+    std::uint64_t checksum = 0;
   };
   std::vector<Entry> entries_;  ///< in order
 };

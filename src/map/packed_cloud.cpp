@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <set>
 
-#include "xview/graph/bev_grid.h"
-#include "xview/search/distance_field.h"
-#include "xview/types/cells.h"
-#include "xview/types/error.h"
+#include "base/cells.h"
+#include "map/contents.h"
+#include "place/bev_grid.h"
+#include "search/distance_field.h"
+#include "xview/base/error.h"
 
 namespace xview::map {
 namespace {
@@ -206,7 +207,7 @@ bool growStoredView(const BevGrid& addition, SemanticMap& map) {
   const BevGrid former = gathered(*plan, columns, map.bev);
   if (former.known.empty()) return false;  // merged, it would have the grid of the addition
   BevGrid now = former;
-  graph::mergeBevGrids(now, addition);
+  mergeBevGrids(now, addition);
   auto changed = plan->changed(columns, former, now);
   if (!changed) return false;
   map.overview = search::grownOverview(*map.overview, now, addition);
@@ -220,7 +221,7 @@ void growView(const BevGrid& addition, SemanticMap& map) {
   if (addition.known.empty() || growStoredView(addition, map)) return;
   unpackView(map);
   const bool had_overview = hasOverview(map);
-  graph::mergeBevGrids(map.bev, addition);
+  mergeBevGrids(map.bev, addition);
   if (had_overview) map.overview = search::grownOverview(*map.overview, map.bev, addition);
 }
 

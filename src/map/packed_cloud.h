@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "map/contents.h"
 #include "map_tiles.h"
+#include "xview/base/error.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/error.h"
 
 namespace xview::map {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "packed_vertices.h"
+#include "map/contents.h"
 
 #include <algorithm>
 #include <stdexcept>

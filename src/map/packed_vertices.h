@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/stored_vertices.h"
 #include "packed_cloud.h"
-#include "xview/types/stored_vertices.h"
 
 namespace xview::map {
 

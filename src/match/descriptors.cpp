@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/match/descriptors.h"
+#include "match/descriptors.h"
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
-#include "xview/types/parallel.h"
+#include "base/parallel.h"
 
 namespace xview::match {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/match/walks.h"
+#include "match/walks.h"
 
 #include <algorithm>
 #include <tuple>
 #include <utility>
 
-#include "xview/types/error.h"
-#include "xview/types/random.h"
+#include "base/random.h"
+#include "xview/base/error.h"
 
 namespace xview::match {
 LabelAlphabet::LabelAlphabet(const SemanticGraph& a, const SemanticGraph& b) {

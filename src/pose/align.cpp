@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/align.h"
+#include "pose/align.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>

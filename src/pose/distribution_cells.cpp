@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "xview/types/median.h"
+#include "base/median.h"
 
 namespace xview::pose {
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "xview/pose/distribution_map.h"
-#include "xview/types/cells.h"
+#include "base/cells.h"
+#include "pose/distribution_map.h"
 
 namespace xview::pose {
 

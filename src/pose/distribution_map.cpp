@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/distribution_map.h"
+#include "pose/distribution_map.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "distribution_cells.h"
-#include "xview/pose/refine.h"
+#include "pose/refine.h"
 
 namespace xview::pose {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "xview/types/localization.h"
+#include "xview/base/localization.h"
 
 namespace xview::pose {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/posterior.h"
+#include "pose/posterior.h"
 
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/crs_matrix.h>
@@ -18,8 +18,8 @@
 #include <memory>
 #include <optional>
 
+#include "base/pose.h"
 #include "residuals.h"
-#include "xview/types/pose.h"
 
 namespace xview::pose {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/refine.h"
+#include "pose/refine.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

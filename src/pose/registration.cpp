@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "xview/types/budget.h"
+#include "xview/base/budget.h"
 
 namespace xview::pose {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "odometry_errors.h"
-#include "xview/pose/refine.h"
+#include "pose/refine.h"
 
 namespace xview::pose {
 
@@ -22,7 +22,7 @@ struct QueryPoint {
   std::size_t pose = 0;                            ///< that it was seen from
 };
 
-/// So many of all, evenly spread over their order.
+/// `count` of all, evenly spread over their order.
 template <class T>
 std::vector<T> evenlySpread(const std::vector<T>& all, std::size_t count) {
   count = std::min(all.size(), count);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/trajectory.h"
+#include "pose/trajectory.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "xview/types/pose.h"
+#include "base/pose.h"
 
 namespace xview::pose {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/search/distance_field.h"
+#include "search/distance_field.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <mutex>
 
-#include "xview/types/cells.h"
-#include "xview/types/parallel.h"
+#include "base/cells.h"
+#include "base/parallel.h"
 
 namespace xview::search {
 namespace {

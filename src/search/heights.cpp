@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "xview/types/median.h"
+#include "base/median.h"
 
 namespace xview::search {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/search/likelihoods.h"
+#include "search/likelihoods.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numeric>
 #include <sstream>
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 

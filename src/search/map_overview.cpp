@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "xview/search/distance_field.h"
-#include "xview/types/cells.h"
-#include "xview/types/parallel.h"
+#include "base/cells.h"
+#include "base/parallel.h"
+#include "search/distance_field.h"
 
 namespace xview::search {
 

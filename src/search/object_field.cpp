@@ -5,8 +5,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/pose.h"
 #include "search/object_verifier.h"
-#include "xview/types/pose.h"
 
 namespace xview::search {
 namespace {

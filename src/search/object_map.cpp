@@ -7,9 +7,9 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/median.h"
 #include "search/object_query.h"
-#include "xview/types/error.h"
-#include "xview/types/median.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 namespace {

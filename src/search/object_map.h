@@ -11,9 +11,9 @@
 #include <optional>
 #include <vector>
 
-#include "xview/search/search.h"
-#include "xview/types/cells.h"
-#include "xview/types/stored_vertices.h"
+#include "base/cells.h"
+#include "base/stored_vertices.h"
+#include "search/search.h"
 
 namespace xview::search {
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <tuple>
 
-#include "xview/types/cells.h"
-#include "xview/types/median.h"
+#include "base/cells.h"
+#include "base/median.h"
 
 namespace xview::search {
 namespace {

@@ -11,7 +11,7 @@
 
 namespace xview::search {
 
-/// Seen from above, a facade that is sampled in several storeys is one line, and a wall that was
+/// In the plane, a facade that is sampled in several storeys is one line, and a wall that was
 /// taken for a hedge now and then is a wall. Of vertices of surfaces that say the same only the one
 /// with the most points (then observations) stays: none has a better one of its class within 2.5 m
 /// in the plane, nor one of another surface with several times its points within 2.5 m in space.

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "xview/search/distance_field.h"
-#include "xview/types/cells.h"
-#include "xview/types/random.h"
+#include "base/cells.h"
+#include "base/random.h"
+#include "search/distance_field.h"
 
 namespace xview::search {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 namespace {

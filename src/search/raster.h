@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "xview/types/localization.h"
+#include "xview/base/localization.h"
 
 namespace xview::search {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
+#include "base/pose.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 

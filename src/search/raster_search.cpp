@@ -8,11 +8,11 @@
 #include <thread>
 #include <tuple>
 
+#include "base/parallel.h"
 #include "search/raster_parts.h"
 #include "search/shared_scan.h"
-#include "xview/types/budget.h"
-#include "xview/types/error.h"
-#include "xview/types/parallel.h"
+#include "xview/base/budget.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 namespace {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/search/search.h"
+#include "search/search.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 
+#include "base/median.h"
+#include "base/parallel.h"
+#include "base/pose.h"
 #include "search/raster.h"
-#include "xview/types/budget.h"
-#include "xview/types/median.h"
-#include "xview/types/parallel.h"
-#include "xview/types/pose.h"
+#include "xview/base/budget.h"
 
 namespace xview::search {
 namespace {

@@ -5,8 +5,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "xview/search/scan_helper.h"
-#include "xview/types/message.h"
+#include "process/message.h"
+#include "search/scan_helper.h"
 
 namespace xview::search {
 namespace {

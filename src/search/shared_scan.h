@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "process/helpers.h"
 #include "search/raster_parts.h"
-#include "xview/types/helpers.h"
 
 namespace xview::search {
 

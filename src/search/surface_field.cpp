@@ -5,12 +5,12 @@
 #include <mutex>
 #include <set>
 
+#include "base/cells.h"
+#include "base/median.h"
+#include "base/parallel.h"
 #include "search/heights.h"
 #include "search/raster.h"
-#include "xview/search/search.h"
-#include "xview/types/cells.h"
-#include "xview/types/median.h"
-#include "xview/types/parallel.h"
+#include "search/search.h"
 
 namespace xview::search {
 namespace {

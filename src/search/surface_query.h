@@ -6,14 +6,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "xview/search/distance_field.h"
-#include "xview/search/field.h"
-#include "xview/search/likelihoods.h"
+#include "search/distance_field.h"
+#include "search/field.h"
+#include "search/likelihoods.h"
 
 namespace xview::search {
 
-/// A query seen from above: samples about their centre. It holds one sample per block of surface,
-/// so that its evidence does not depend on how densely it was seen.
+/// A query as a bird's-eye view: samples about their centre. It holds one sample per block of
+/// surface, so that its evidence does not depend on how densely it was seen.
 struct SurfaceSamples {
   struct Sample {
     float x = 0, y = 0;  ///< relative to the centre [m]
@@ -48,7 +48,7 @@ constexpr std::array<BevChannel, 2> kObstacles = {BevChannel::obstacle_low,
 /// seen.
 PartScore obstaclesIn(const std::vector<SampleEvidence>& evidence);
 
-/// Share of what stands that speaks against a pose; see Visibility::contradicted.
+/// Share of what stands that speaks against a pose; see Visibility::conflict_ratio.
 double conflictRatioOf(const std::vector<SampleEvidence>& evidence);
 
 /// Weight of a fine or coarse sample: one that stands for a larger block counts more, so that

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "xview/sim/town.h"
+#include "sim/town.h"
 
 namespace xview {
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/pose.h"
 #include "building.h"
-#include "xview/types/labels.h"
-#include "xview/types/pose.h"
+#include "xview/base/labels.h"
 
 namespace xview {
 
@@ -81,7 +81,7 @@ void Furnisher::addDesk() {
   const Eigen::Vector3d size(random_.uniform(1.3, 1.8), random_.uniform(0.7, 0.85), 0.74);
   const auto T = atWall(any, size);
   if (!T) return;
-  const Tag tag = office_.tags.next(kDesk);
+  const Tag tag = office_.tags.next(kWritingDesk);
   addBox(office_.mesh, moved(*T, 0, 0, 0.7), {size.x(), size.y(), 0.04}, tag);
   for (const double side : {-0.5, 0.5}) {
     addBox(office_.mesh, moved(*T, side * (size.x() - 0.06), 0, 0), {0.04, size.y() - 0.1, 0.7},
@@ -226,7 +226,7 @@ LabelSet officeLabels() {
                            {kWindow, "window", kObject},
                            {kCabinet, "cabinet", kObject},
                            {kBookshelf, "bookshelf", kObject},
-                           {kDesk, "desk", kObject},
+                           {kWritingDesk, "desk", kObject},
                            {kTable, "table", kObject},
                            {kChair, "chair", kMoves},
                            {kSofa, "sofa", kObject},

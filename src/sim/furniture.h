@@ -4,13 +4,13 @@
 #include <optional>
 #include <vector>
 
-#include "xview/sim/office.h"
+#include "sim/office.h"
 
 namespace xview {
 
 namespace office_class {
 constexpr std::uint16_t kWallClass = 32, kFloor = 33, kCeiling = 34, kDoor = 35, kWindow = 36,
-                        kCabinet = 37, kBookshelf = 38, kDesk = 39, kTable = 40, kChair = 41,
+                        kCabinet = 37, kBookshelf = 38, kWritingDesk = 39, kTable = 40, kChair = 41,
                         kSofa = 42, kWhiteboard = 43, kPicture = 44, kMonitor = 45, kLamp = 46,
                         kRadiator = 47, kPlant = 48, kTrashBin = 49, kExtinguisher = 50,
                         kPillar = 51, kCurtain = 52, kBox = 53, kBag = 54, kPerson = 55;

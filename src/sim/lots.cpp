@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/pose.h"
 #include "building.h"
-#include "xview/types/pose.h"
 
 namespace xview {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/office.h"
+#include "sim/office.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "base/pose.h"
 #include "furniture.h"
-#include "xview/sim/route.h"
-#include "xview/types/pose.h"
+#include "sim/route.h"
 
 namespace xview {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/recordings.h"
+#include "sim/recordings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <optional>
 #include <set>
 
-#include "xview/sim/route.h"
-#include "xview/types/option_field.h"
+#include "base/option_field.h"
+#include "sim/route.h"
 
 namespace xview {
 namespace {

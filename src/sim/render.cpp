@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/render.h"
+#include "sim/render.h"
 
 #include <embree3/rtcore.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "xview/sim/town.h"
-#include "xview/types/error.h"
-#include "xview/types/parallel.h"
+#include "base/parallel.h"
+#include "sim/town.h"
+#include "xview/base/error.h"
 
 namespace xview {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/route.h"
+#include "sim/route.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "base/pose.h"
+#include "base/random.h"
 
 namespace xview {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/sensor_noise.h"
+#include "sim/sensor_noise.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "base/random.h"
 #include "furniture.h"
-#include "xview/sim/town.h"
-#include "xview/types/random.h"
+#include "sim/town.h"
 
 namespace xview {
 namespace {
@@ -98,15 +98,15 @@ void addRoomErrors(ErrorTable& t) {
   t[kCeiling] = {-0.02, {{kWallClass, 3}, {kLamp, 1}}};
   t[kDoor] = {0.04, {{kWallClass, 3}, {kCabinet, 2}, {kWindow, 1}}};
   t[kWindow] = {0.03, {{kWallClass, 2}, {kWhiteboard, 2}, {kPicture, 1}, {kDoor, 1}}};
-  t[kCabinet] = {0.05, {{kBookshelf, 2}, {kWallClass, 2}, {kDesk, 1}, {kDoor, 1}}};
+  t[kCabinet] = {0.05, {{kBookshelf, 2}, {kWallClass, 2}, {kWritingDesk, 1}, {kDoor, 1}}};
   t[kBookshelf] = {0.05, {{kCabinet, 4}, {kWallClass, 1}}};
-  t[kDesk] = {0.06, {{kTable, 4}, {kCabinet, 2}, {kFloor, 1}}};
-  t[kTable] = {0.06, {{kDesk, 4}, {kCabinet, 1}, {kFloor, 1}}};
-  t[kChair] = {0, {{kSofa, 2}, {kDesk, 1}, {kBox, 1}}};
+  t[kWritingDesk] = {0.06, {{kTable, 4}, {kCabinet, 2}, {kFloor, 1}}};
+  t[kTable] = {0.06, {{kWritingDesk, 4}, {kCabinet, 1}, {kFloor, 1}}};
+  t[kChair] = {0, {{kSofa, 2}, {kWritingDesk, 1}, {kBox, 1}}};
   t[kSofa] = {0.02, {{kChair, 3}, {kCabinet, 1}}};
   t[kWhiteboard] = {0.05, {{kWallClass, 3}, {kPicture, 2}, {kWindow, 2}}};
   t[kPicture] = {0.06, {{kWallClass, 4}, {kWhiteboard, 2}}};
-  t[kMonitor] = {0.03, {{kPicture, 1}, {kDesk, 2}, {kBox, 1}}};
+  t[kMonitor] = {0.03, {{kPicture, 1}, {kWritingDesk, 2}, {kBox, 1}}};
   t[kLamp] = {0.04, {{kCeiling, 4}}};
   t[kRadiator] = {0.07, {{kWallClass, 3}, {kCabinet, 1}}};
   t[kPlant] = {0.02, {{kWallClass, 1}, {kChair, 1}}};

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/streets.h"
+#include "sim/streets.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "xview/types/random.h"
+#include "base/random.h"
 
 namespace xview {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/town.h"
+#include "sim/town.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "base/pose.h"
 #include "building.h"
-#include "xview/types/pose.h"
 
 namespace xview {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "xview/view/scene.h"
+#include "view/scene.h"
 
 namespace xview {
 namespace {

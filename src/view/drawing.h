@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "xview/view/scene.h"
+#include "view/scene.h"
 
 namespace xview {
 

@@ -5,8 +5,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/in_order.h"
 #include "drawing.h"
-#include "xview/types/in_order.h"
 
 namespace xview {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/view/scene.h"
+#include "view/scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "base/median.h"
 #include "drawing.h"
-#include "xview/graph/edges.h"
-#include "xview/types/labels.h"
-#include "xview/types/median.h"
+#include "place/edges.h"
+#include "xview/base/labels.h"
 
 namespace xview {
 namespace {
@@ -180,7 +180,7 @@ std::vector<std::uint32_t> classesIn(const Scene& scene) {
 }
 
 ReadableEdges readableEdges(SemanticGraph graph) {
-  graph::makeEdges(graph);
+  makeEdges(graph);
   std::vector<Edge> edges;
   if (graph.edgeCount() <= kMostPerVertex * graph.size()) {
     edges = graph.edges();

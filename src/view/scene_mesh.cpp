@@ -6,8 +6,8 @@
 #include <iterator>
 #include <map>
 
+#include "base/median.h"
 #include "drawing.h"
-#include "xview/types/median.h"
 
 namespace xview {
 namespace {

@@ -4,9 +4,9 @@
 #include <functional>
 #include <optional>
 
+#include "base/in_order.h"
+#include "base/median.h"
 #include "panel.h"
-#include "xview/types/in_order.h"
-#include "xview/types/median.h"
 
 namespace xview {
 namespace {

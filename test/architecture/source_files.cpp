@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 namespace xview::test {
@@ -55,19 +56,24 @@ bool isDirective(const std::string& text, std::size_t i) {
 }  // namespace
 
 std::string placeOf(const fs::path& path) {
+  static const std::map<std::string, std::string> kRoomsOfPipelines = {
+      {"xview", "tools"},  // the header for programs, which puts all together
+      {"options", "base"},        {"cloud_recording", "place"}, {"place_builder", "place"},
+      {"localizer", "localizer"}, {"sequence", "localizer"},    {"tracker", "localizer"},
+      {"mapper", "compare"}};
   fs::path inside = path.lexically_relative(kRoot);
   auto part = inside.begin();
   if (*part == "pcd_tools") return "tools";
+  if (*part == "python") return "python";
   std::advance(part, *part == "include" ? 2 : 1);  // include/xview, src
   if (std::next(part) != inside.end()) return part->string();
-  const std::string stem = part->stem().string();
-  if (stem == "xview") return "tools";  // the header for programs, which puts all together
-  return stem == "options" ? "options" : "pipeline";
+  const auto room = kRoomsOfPipelines.find(part->stem().string());
+  return room == kRoomsOfPipelines.end() ? "" : room->second;
 }
 
 std::vector<SourceFile> sourceFiles() {
   std::vector<SourceFile> files;
-  for (const char* folder : {"include", "src", "pcd_tools"}) {
+  for (const char* folder : {"include", "src", "pcd_tools", "python"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
       const std::string ending = entry.path().extension().string();
       if (ending == ".h" || ending == ".cpp")

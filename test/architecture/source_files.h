@@ -14,11 +14,11 @@ struct SourceFile {
   std::string text;
 };
 
-/// The part of the project that a file belongs to: its folder under include/xview or src; "tools"
-/// for pcd_tools; "options" and "pipeline" for what lies directly in include/xview and src.
+/// The room that a file belongs to: its folder under include/xview or src, of what lies directly in
+/// include/xview that of its source; "tools" for pcd_tools.
 std::string placeOf(const std::filesystem::path& path);
 
-/// All .h and .cpp below include, src and pcd_tools.
+/// All .h and .cpp below include, src, pcd_tools and python.
 std::vector<SourceFile> sourceFiles();
 
 /// The file that `#include "name"` or `#include <name>` means in this file; empty if it is none of

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/eval/evaluation.h"
+#include "eval/evaluation.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "xview/types/random.h"
+#include "base/random.h"
 
 namespace xview {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "fuzz.h"
-#include "xview/io/bag_files.h"
-#include "xview/types/frame.h"
+#include "io/bag_files.h"
+#include "xview/base/frame.h"
 
 namespace xview::fuzz {
 

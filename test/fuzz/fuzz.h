@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 /// What libFuzzer calls with every input; 0 keeps it if it reached new code.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);

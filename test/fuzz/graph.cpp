@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PLY graphs. What is read is written and read again; then nothing changes.
 #include "fuzz.h"
-#include "xview/io/graph_files.h"
+#include "io/graph_files.h"
 #include "xview/io/recording.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

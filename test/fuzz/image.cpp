@@ -2,7 +2,7 @@
 // PNG, PFM, TIFF, EXR and JPEG as depth, labels and colours of a camera of 8 x 6 pixels. The
 // checksums of PNG are not looked at in this build.
 #include "fuzz.h"
-#include "xview/io/image_files.h"
+#include "io/image_files.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace xview;

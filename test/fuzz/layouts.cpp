@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "fuzz.h"
+#include "xview/base/frame.h"
 #include "xview/io/recording.h"
-#include "xview/types/frame.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace xview;

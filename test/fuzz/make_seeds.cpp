@@ -9,10 +9,10 @@
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
+#include "io/image_files.h"
 #include "support/bags.h"
 #include "support/e57.h"
 #include "xview/io/cloud_files.h"
-#include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/map/semantic_map.h"
 

@@ -2,6 +2,7 @@
 // Map files, whose checksums are not looked at in this build. A map that is read can be opened to
 // localize; it is written to a file of its own and read again; an addition is taken back.
 #include "fuzz.h"
+#include "map/contents.h"
 #include "xview/map/semantic_map.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Texts of lines: class names, likelihoods, verdict models; and priors as users write them.
+#include "base/user_text.h"
 #include "fuzz.h"
+#include "search/likelihoods.h"
+#include "verdict/verdict.h"
 #include "xview/io/label_files.h"
-#include "xview/search/likelihoods.h"
-#include "xview/types/user_text.h"
-#include "xview/verify/verdict.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace xview;
@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::string again = search::toText(table);
     fuzz::require(search::toText(search::parseLikelihoods(again, path)) == again);
   });
-  fuzz::isDone([&] { verify::readVerdictModel(path); });
+  fuzz::isDone([&] { verdict::readVerdictModel(path); });
   fuzz::isDone([&] { parseCircle("--near", text); });
   fuzz::isDone([&] { parseHeading("--yaw", text); });
   fuzz::isDone([&] { parseScale("--scale", text); });

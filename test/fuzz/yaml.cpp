@@ -2,7 +2,7 @@
 // Every YAML: classes, cameras, configurations of networks, options. Options that are read are
 // written and read again.
 #include "fuzz.h"
-#include "xview/io/image_files.h"
+#include "io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/options.h"
 

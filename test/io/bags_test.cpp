@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/bag_files.h"
+#include "io/bag_files.h"
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -8,12 +8,12 @@
 #include <cstring>
 #include <filesystem>
 
+#include "base/pose.h"
+#include "base/random.h"
 #include "small_files.h"
 #include "support/bags.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

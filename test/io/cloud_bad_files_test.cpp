@@ -9,12 +9,12 @@
 #include <iostream>
 #include <set>
 
+#include "io/graph_files.h"
 #include "small_files.h"
 #include "support/sanitizers.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
-#include "xview/io/graph_files.h"
-#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {

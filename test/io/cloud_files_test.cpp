@@ -9,8 +9,8 @@
 
 #include "small_files.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/io/recording.h"
-#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
+#include "base/random.h"
+#include "io/graph_files.h"
 #include "small_files.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
-#include "xview/io/graph_files.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
 
 namespace xview::io {
 namespace {

@@ -4,9 +4,9 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 
+#include "base/random.h"
 #include "support/test_data.h"
 #include "xview/io/cloud_files.h"
-#include "xview/types/random.h"
 
 namespace xview::io {
 namespace {

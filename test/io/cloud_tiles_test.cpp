@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <tuple>
 
+#include "base/random.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
 
 namespace xview::io {
 namespace {

@@ -3,12 +3,12 @@
 
 #include <cmath>
 
+#include "base/random.h"
 #include "support/e57.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
 
 namespace xview::io {
 namespace {

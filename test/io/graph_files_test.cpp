@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/graph_files.h"
+#include "io/graph_files.h"
 
 #include <gtest/gtest.h>
 
+#include "base/random.h"
 #include "small_files.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

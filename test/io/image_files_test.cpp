@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/io/image_files.h"
+#include "io/image_files.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "small_files.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

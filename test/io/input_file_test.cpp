@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "support/test_data.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "small_files.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

@@ -4,12 +4,12 @@
 #include <array>
 #include <limits>
 
+#include "base/random.h"
 #include "small_files.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
 
 namespace xview::io {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "base/random.h"
 #include "small_files.h"
-#include "xview/types/random.h"
 
 namespace xview::io {
 namespace {

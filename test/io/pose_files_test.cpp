@@ -7,11 +7,11 @@
 #include <fstream>
 #include <sstream>
 
+#include "base/pose.h"
+#include "base/random.h"
 #include "small_files.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

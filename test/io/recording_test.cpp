@@ -6,11 +6,11 @@
 
 #include <filesystem>
 
+#include "base/parallel.h"
 #include "recording_folder.h"
 #include "small_files.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
-#include "xview/types/parallel.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

@@ -7,8 +7,8 @@
 #include "recording_folder.h"
 #include "support/clouds.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
-#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::test {
 namespace {

@@ -12,12 +12,12 @@
 #include <iterator>
 
 #include "../../src/map/map_tables.h"
+#include "base/random.h"
 #include "map/sample_map.h"
 #include "support/sanitizers.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
 
 namespace xview::map {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "map/sample_map.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::map {
 namespace {

@@ -15,8 +15,8 @@
 
 #include "map/sample_map.h"
 #include "support/test_data.h"
+#include "xview/base/error.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/error.h"
 
 namespace xview::map {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <tuple>
 
-#include "xview/types/random.h"
+#include "base/random.h"
 
 namespace xview::map {
 namespace {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include "map/contents.h"
 #include "map/sample_map.h"
+#include "place/edges.h"
 #include "support/test_data.h"
-#include "xview/graph/edges.h"
 #include "xview/map/semantic_map.h"
 
 namespace xview::map {
@@ -78,14 +79,14 @@ TEST_F(PackedCloudTest, APointInAPackedColumnIsNotWritten) {
 
 TEST(StoredEdges, ThoseOfARadiusAreMadeAnew) {
   SemanticMap map = rowOfColumns();
-  graph::connectByRadius(map.graph, {5000});
+  connectByRadius(map.graph, {5000});
   ASSERT_GT(map.graph.edgeCount(), 0u);
   const TemporaryFolder folder;
   saveMap(folder / "map.xvm", map);
   SemanticMap read = openMap(folder / "map.xvm");
   EXPECT_EQ(read.graph.edge_radius_m, 5000);
   EXPECT_TRUE(read.graph.neighbours.empty());
-  graph::makeEdges(read.graph);
+  makeEdges(read.graph);
   EXPECT_EQ(read.graph.neighbours, map.graph.neighbours);
 }
 

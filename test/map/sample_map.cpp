@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "base/pose.h"
+#include "base/random.h"
 
 namespace xview::test {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The vertices of a map that is opened to localize, which stay packed.
-#include "xview/types/stored_vertices.h"
+#include "base/stored_vertices.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,13 @@
 #include <utility>
 
 #include "../../src/map/packed_vertices.h"
+#include "base/random.h"
+#include "map/contents.h"
 #include "map/sample_map.h"
+#include "place/edges.h"
 #include "support/test_data.h"
-#include "xview/graph/edges.h"
+#include "xview/base/error.h"
 #include "xview/map/semantic_map.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
 
 namespace xview::map {
 namespace {
@@ -37,7 +38,7 @@ SemanticMap streetMap() {
     v.points = i;
     map.graph.vertices.push_back(v);
   }
-  graph::connectByRadius(map.graph, {5});
+  connectByRadius(map.graph, {5});
   return map;
 }
 

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The bird's-eye view of a large map, which stays packed, and its overview.
-#include "xview/types/stored_view.h"
+#include "base/stored_view.h"
 
 #include <SQLiteCpp/Database.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "base/random.h"
+#include "map/contents.h"
 #include "map/sample_map.h"
+#include "place/bev_grid.h"
+#include "search/distance_field.h"
 #include "support/test_data.h"
-#include "xview/graph/bev_grid.h"
+#include "xview/base/error.h"
 #include "xview/map/semantic_map.h"
-#include "xview/search/distance_field.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
 
 namespace xview::map {
 namespace {
@@ -181,7 +182,7 @@ TEST_F(LargeMap, ThatGrowsIsSeenFromAfarAnewWhereItGrew) {
   for (const double x_m : {0.0, 300.0, -2000.0}) {  // over what is there, at its rim, far away
     const BevGrid addition = additionTo(map.bev, x_m);
     BevGrid grown = map.bev;
-    graph::mergeBevGrids(grown, addition);
+    mergeBevGrids(grown, addition);
     const auto again = search::grownOverview(before, grown, addition);
     const auto anew = search::overviewOfLarge(grown);
     expectSame(*again, *anew);

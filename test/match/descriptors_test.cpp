@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/match/descriptors.h"
+#include "match/descriptors.h"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "xview/types/graph.h"
-#include "xview/types/random.h"
+#include "base/random.h"
+#include "xview/base/graph.h"
 
 namespace xview::match {
 

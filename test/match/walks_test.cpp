@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/match/walks.h"
+#include "match/walks.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <map>
 
 #include "match/random_graph.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::match {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/align.h"
+#include "pose/align.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "base/pose.h"
+#include "base/random.h"
 
 namespace xview::pose {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/distribution_map.h"
+#include "pose/distribution_map.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <tuple>
 
+#include "base/random.h"
+#include "pose/refine.h"
 #include "support/label_sets.h"
-#include "xview/pose/refine.h"
-#include "xview/types/random.h"
 
 namespace xview::pose {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/free_space_violation.h"
+#include "pose/free_space_violation.h"
 
 #include <gtest/gtest.h>
 

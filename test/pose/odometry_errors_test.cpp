@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "xview/types/random.h"
+#include "base/random.h"
 
 namespace xview::pose {
 namespace {

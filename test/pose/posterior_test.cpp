@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/posterior.h"
+#include "pose/posterior.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "base/pose.h"
+#include "base/random.h"
 
 namespace xview::pose {
 namespace {

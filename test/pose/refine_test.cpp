@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/refine.h"
+#include "pose/refine.h"
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,10 @@
 #include <limits>
 #include <set>
 
+#include "base/parallel.h"
+#include "base/pose.h"
+#include "base/random.h"
 #include "support/label_sets.h"
-#include "xview/types/parallel.h"
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
 
 namespace xview::pose {
 namespace {

@@ -8,8 +8,8 @@
 #include <array>
 #include <vector>
 
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "base/pose.h"
+#include "base/random.h"
 
 namespace xview::pose {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/pose/trajectory.h"
+#include "pose/trajectory.h"
 
 #include <gtest/gtest.h>
 

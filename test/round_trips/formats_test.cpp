@@ -6,18 +6,18 @@
 #include <filesystem>
 #include <memory>
 
+#include "base/pose.h"
+#include "io/graph_files.h"
+#include "io/image_files.h"
 #include "map/sample_map.h"
 #include "round_trips/generators.h"
+#include "search/likelihoods.h"
 #include "support/test_data.h"
+#include "verdict/verdict.h"
 #include "xview/io/cloud_files.h"
-#include "xview/io/graph_files.h"
-#include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/io/recording.h"
-#include "xview/search/likelihoods.h"
-#include "xview/types/pose.h"
-#include "xview/verify/verdict.h"
 
 namespace xview::io {
 namespace {
@@ -202,14 +202,14 @@ RC_GTEST_PROP(Likelihoods, ComeBackAsTheirText, ()) {
 }
 
 RC_GTEST_PROP(Verdict, ModelComesBackToFourDigits, ()) {
-  verify::VerdictModel model;
+  verdict::VerdictModel model;
   for (double& weight : model.registered.of) weight = *test::anyNumber(30);
-  for (const verify::Term t : {verify::kConstant, verify::kMargin})
+  for (const verdict::Term t : {verdict::kConstant, verdict::kMargin})
     model.bare[t] = *test::anyNumber(30);
-  test::writeText(scratch("verdict.txt"), verify::toText(model));
-  const verify::VerdictModel read = verify::readVerdictModel(scratch("verdict.txt"));
-  RC_ASSERT(verify::toText(read) == verify::toText(model));
-  for (std::size_t t = 0; t < verify::kTerms; ++t) {
+  test::writeText(scratch("verdict.txt"), verdict::toText(model));
+  const verdict::VerdictModel read = verdict::readVerdictModel(scratch("verdict.txt"));
+  RC_ASSERT(verdict::toText(read) == verdict::toText(model));
+  for (std::size_t t = 0; t < verdict::kTerms; ++t) {
     const double was = model.registered.of[t];
     RC_ASSERT(std::abs(read.registered.of[t] - was) <= 1e-3 * std::abs(was));
   }

@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "xview/types/bev_grid.h"
-#include "xview/types/random.h"
+#include "base/random.h"
+#include "xview/base/bev_grid.h"
 
 namespace xview::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/search/distance_field.h"
+#include "search/distance_field.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <memory>
 #include <set>
 
+#include "base/pose.h"
+#include "base/random.h"
 #include "bev_town.h"
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
 
 namespace xview::search {
 using namespace test;

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "xview/types/random.h"
+#include "base/random.h"
 
 namespace xview::search {
 namespace {

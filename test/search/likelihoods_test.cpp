@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/search/likelihoods.h"
+#include "search/likelihoods.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "base/random.h"
 #include "support/test_data.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/search/search.h"
+#include "search/search.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <limits>
 #include <optional>
 
+#include "base/pose.h"
+#include "base/random.h"
 #include "search/raster.h"
 #include "support/label_sets.h"
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
 
 namespace xview::search {
 namespace {

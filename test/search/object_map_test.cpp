@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/random.h"
 #include "support/label_sets.h"
-#include "xview/types/random.h"
 
 namespace xview::search {
 namespace {

@@ -9,11 +9,11 @@
 #include <limits>
 #include <mutex>
 
+#include "base/pose.h"
+#include "base/random.h"
 #include "search/raster_parts.h"
-#include "xview/search/search.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "search/search.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 namespace {

@@ -3,12 +3,12 @@
 
 #include <numeric>
 
+#include "base/random.h"
 #include "search/raster.h"
+#include "search/scan_helper.h"
 #include "support/helpers_in_one_process.h"
 #include "support/test_data.h"
-#include "xview/search/scan_helper.h"
-#include "xview/types/error.h"
-#include "xview/types/random.h"
+#include "xview/base/error.h"
 
 namespace xview::search {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/search/search.h"
+#include "search/search.h"
 
 #include "search/surface_query.h"
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/pose.h"
 #include "bev_town.h"
-#include "xview/types/pose.h"
 
 namespace xview::search {
 using namespace test;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/office.h"
+#include "sim/office.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "xview/types/pose.h"
+#include "base/pose.h"
 
 namespace xview {
 namespace {

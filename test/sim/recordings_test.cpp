@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/recordings.h"
+#include "sim/recordings.h"
 #include "support/clouds.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <map>
 
 #include "support/test_data.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/render.h"
+#include "sim/render.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "xview/sim/route.h"
-#include "xview/sim/town.h"
+#include "sim/route.h"
+#include "sim/town.h"
 
 namespace xview {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/route.h"
+#include "sim/route.h"
 
 #include <gtest/gtest.h>
 
-
-#include "xview/types/pose.h"
+#include "base/pose.h"
 
 namespace xview {
 namespace {

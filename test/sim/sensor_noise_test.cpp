@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/sensor_noise.h"
+#include "sim/sensor_noise.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "xview/sim/recordings.h"
+#include "sim/recordings.h"
 
 namespace xview {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/streets.h"
+#include "sim/streets.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "xview/types/random.h"
+#include "base/random.h"
 
 namespace xview {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/sim/town.h"
+#include "sim/town.h"
 
 #include <gtest/gtest.h>
 

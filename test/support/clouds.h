@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "xview/types/labelled_cloud.h"
+#include "xview/base/labelled_cloud.h"
 
 namespace xview::test {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "xview/types/error.h"
-#include "xview/types/helpers.h"
+#include "process/helpers.h"
+#include "xview/base/error.h"
 
 namespace xview::test {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "xview/types/labels.h"
+#include "xview/base/labels.h"
 
 namespace xview::test {
 

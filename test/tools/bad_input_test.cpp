@@ -7,10 +7,10 @@
 #include <sstream>
 #include <utility>
 
+#include "io/image_files.h"
 #include "support/program.h"
 #include "support/test_data.h"
 #include "tools/sequence.h"
-#include "xview/io/image_files.h"
 
 namespace xview::test {
 namespace {

@@ -4,8 +4,8 @@
 #include "io/small_files.h"
 #include "support/bags.h"
 #include "tools/tiny_town.h"
+#include "xview/base/frame.h"
 #include "xview/io/recording.h"
-#include "xview/types/frame.h"
 
 namespace xview::test {
 namespace {

@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "io/image_files.h"
 #include "io/small_files.h"
 #include "support/onnx.h"
 #include "support/program.h"
 #include "support/sanitizers.h"
 #include "support/test_data.h"
 #include "tools/sequence.h"
-#include "xview/io/image_files.h"
 
 namespace xview::test {
 namespace {

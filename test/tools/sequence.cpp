@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "io/image_files.h"
 #include "support/program.h"
 #include "support/test_data.h"
-#include "xview/io/image_files.h"
 #include "xview/io/pose_files.h"
 
 namespace xview::test {

@@ -4,9 +4,9 @@
 #include <map>
 #include <sstream>
 
+#include "io/image_files.h"
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
-#include "xview/io/image_files.h"
 #include "xview/io/label_files.h"
 
 namespace xview::test {

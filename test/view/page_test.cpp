@@ -10,9 +10,9 @@
 #include <regex>
 #include <stdexcept>
 
+#include "base/pose.h"
 #include "support/test_data.h"
-#include "xview/types/pose.h"
-#include "xview/view/scene.h"
+#include "view/scene.h"
 
 namespace xview {
 namespace {

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "xview/types/pose.h"
-#include "xview/view/scene.h"
+#include "base/pose.h"
+#include "view/scene.h"
 
 namespace xview {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/view/scene.h"
+#include "view/scene.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "xview/types/pose.h"
-#include "xview/types/random.h"
+#include "base/pose.h"
+#include "base/random.h"
 
 namespace xview {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "xview/types/labelled_cloud.h"
-#include "xview/types/labels.h"
+#include "xview/base/labelled_cloud.h"
+#include "xview/base/labels.h"
 
 namespace xview::io {
 

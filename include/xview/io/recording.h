@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "xview/types/frame.h"
-#include "xview/types/labels.h"
+#include "xview/base/frame.h"
+#include "xview/base/labels.h"
 
 namespace xview::io {
 

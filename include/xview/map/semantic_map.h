@@ -8,14 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "xview/pose/distribution_map.h"
-#include "xview/search/field.h"
-#include "xview/search/likelihoods.h"
-#include "xview/types/localization.h"
-#include "xview/types/semantic_place.h"
-#include "xview/types/stored_cloud.h"
-#include "xview/types/stored_vertices.h"
-#include "xview/types/stored_view.h"
+#include "xview/base/localization.h"
+#include "xview/base/semantic_place.h"
+
+namespace xview {
+
+class StoredVertices;
+class StoredView;
+namespace search {
+struct MapOverview;
+}  // namespace search
+
+}  // namespace xview
 
 namespace xview::map {
 
@@ -47,7 +51,7 @@ struct SemanticMap : Place {
   std::shared_ptr<const PackedCloud> packed;      ///< points that are not in `cloud`, if any
   std::shared_ptr<const PackedView> packed_view;  ///< how the file has `bev`, if it comes from one
   std::shared_ptr<const PackedVertices> packed_vertices;  ///< the same of the graph; openToGrow
-  /// Of the view, if that is large; see hasOverview.
+  /// Of the view, if that is large; see map/contents.h.
   std::shared_ptr<const search::MapOverview> overview;
   /// In place of what `bev` holds, which is without samples and seen cells then; see
   /// openToLocalize.
@@ -155,47 +159,6 @@ SemanticMap openToLocalize(const std::string& path);
 /// The same for whoever adds to the map and writes it back: what was not changed is not packed
 /// anew.
 SemanticMap openToGrow(const std::string& path);
-
-/// The whole view of a map, unpacked if it was not. Throws Error.
-const BevGrid& viewOf(const SemanticMap& map);
-/// Moves it to where that of a map is.
-void unpackView(SemanticMap& map);
-/// Whether a map has a view, packed or not.
-bool hasView(const SemanticMap& map);
-/// What a view has within a box [m, upright axes of the map], and more. Throws Error. It must not
-/// outlive the map.
-std::shared_ptr<const BevGrid> viewWithin(const Eigen::AlignedBox2d& box, const SemanticMap& map);
-/// search::fingerprintOf() the view.
-std::uint64_t fingerprintOfView(const SemanticMap& map);
-/// Merges a view of the same alignment into that of a map, whose overview grows with it. A packed
-/// one stays packed, and is unpacked only around the addition. Throws Error.
-void growView(const BevGrid& addition, SemanticMap& map);
-/// Whether the overview is that of `bev` as it is now.
-bool hasOverview(const SemanticMap& map);
-/// For a surface field, which refers to the map.
-search::MapView searchedView(const SemanticMap& map);
-
-/// Of a map, packed or not.
-std::size_t vertexCount(const SemanticMap& map);
-inline AllVertices allVertices(const SemanticMap& map) {
-  return map.stored_vertices ? AllVertices(*map.stored_vertices) : AllVertices(map.graph);
-}
-/// Throws std::out_of_range for a number that none has, and Error.
-Vertex vertexOf(const SemanticMap& map, std::uint32_t number);
-/// Moves them to where those of a map are. Throws Error.
-void unpackVertices(SemanticMap& map);
-
-/// Packs all points of a map of canonical scale, which rounds them as saveMap does.
-void packPoints(SemanticMap& map);
-
-/// Moves all packed points to where those of a map are, behind its others.
-void unpackPoints(SemanticMap& map);
-/// The same for the columns of 64 m in which `near` has points.
-void unpackPointsAround(const LabelledCloud& near, SemanticMap& map);
-
-/// The packed points of a map; null if there are none.
-const StoredCloud* storedPoints(const SemanticMap& map);
-std::size_t pointCount(const SemanticMap& map);
 
 /// Held from reading a map to writing it back, so that two programs that add to it at one time add
 /// one after the other, and neither loses what the other added. The constructor waits for whoever

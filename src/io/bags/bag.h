@@ -7,10 +7,10 @@
 #include <set>
 #include <tuple>
 
+#include "base/user_text.h"
 #include "messages.h"
-#include "xview/types/budget.h"
-#include "xview/types/error.h"
-#include "xview/types/user_text.h"
+#include "xview/base/budget.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 

@@ -86,7 +86,7 @@ std::string unpacked(const InputFile& file, const std::string& compression,
 
 /// Whether a message was made small on its own, as rosbag2 does if asked, with "zstd".
 bool isPackedMessage(const std::string& bytes);
-/// As much of its beginning. The first so many bytes of what is packed are enough for kHeadBytes.
+/// As much of its beginning. The first kPackedHead bytes are enough for kHeadBytes.
 std::string unpackedMessage(const InputFile& file, const std::string& packed,
                             std::uint64_t most_bytes);
 constexpr std::uint64_t kPackedHead = std::uint64_t{1}

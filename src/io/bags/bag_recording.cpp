@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Recordings of robots: which topics of a bag are read, and where the sensor was at each message.
-#include "xview/io/bag_files.h"
+#include "io/bag_files.h"
 
 #include <algorithm>
 #include <filesystem>
 
+#include "base/user_text.h"
 #include "io/layouts.h"
 #include "motion.h"
-#include "xview/types/user_text.h"
 
 namespace xview::io {
 namespace {

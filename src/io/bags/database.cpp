@@ -12,7 +12,7 @@
 
 #include "bag_file.h"
 #include "messages.h"
-#include "xview/types/error.h"
+#include "xview/base/error.h"
 
 namespace xview::io {
 namespace {

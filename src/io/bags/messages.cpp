@@ -4,9 +4,9 @@
 #include <cmath>
 #include <opencv2/core/mat.hpp>
 
+#include "base/pose.h"
 #include "io/image_decoding.h"
 #include "io/layouts.h"
-#include "xview/types/pose.h"
 
 namespace xview::io {
 namespace {

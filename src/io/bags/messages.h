@@ -7,7 +7,7 @@
 
 #include "bag_file.h"
 #include "io/point_table.h"
-#include "xview/types/image.h"
+#include "xview/base/frame.h"
 
 namespace xview::io {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "motion.h"
 
-#include "xview/types/user_text.h"
+#include "base/user_text.h"
 
 namespace xview::io {
 namespace {

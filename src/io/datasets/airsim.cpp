@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/pose.h"
 #include "io/image_decoding.h"
+#include "io/image_files.h"
 #include "io/layouts.h"
 #include "io/yaml_file.h"
-#include "xview/io/image_files.h"
+#include "xview/base/error.h"
 #include "xview/io/label_files.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
 
 namespace xview::io {
 namespace {

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/pose.h"
 #include "io/image_decoding.h"
 #include "io/layouts.h"
+#include "xview/base/error.h"
 #include "xview/io/label_files.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
 
 namespace xview::io {
 namespace {

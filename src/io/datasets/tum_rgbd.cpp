@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/pose.h"
 #include "io/image_decoding.h"
+#include "io/image_files.h"
 #include "io/layouts.h"
-#include "xview/io/image_files.h"
+#include "xview/base/error.h"
 #include "xview/io/pose_files.h"
-#include "xview/types/error.h"
-#include "xview/types/pose.h"
 
 namespace xview::io {
 namespace {

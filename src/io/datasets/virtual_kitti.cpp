@@ -3,10 +3,10 @@
 #include <filesystem>
 
 #include "io/image_decoding.h"
+#include "io/image_files.h"
 #include "io/layouts.h"
-#include "xview/io/image_files.h"
+#include "xview/base/error.h"
 #include "xview/io/label_files.h"
-#include "xview/types/error.h"
 
 namespace xview::io {
 namespace {

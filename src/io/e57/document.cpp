@@ -10,7 +10,7 @@
 #include <memory>
 #include <optional>
 
-#include "xview/types/user_text.h"
+#include "base/user_text.h"
 
 namespace xview::io {
 namespace {

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "place/shapes_any_way_up.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/median.h"
+#include "place/gravity.h"
+#include "place/shapes.h"
+#include "place/up_by_surfaces.h"
+
+namespace xview {
+namespace {
+
+constexpr double kLittleGround = 0.15;  ///< share of a cloud; less makes one ask which way is up
+constexpr double kLittleGroundOfScan = 0.3;  ///< half of a scan is ground, a fifth if it hangs
+constexpr float kUnderScanner_m = 25;        ///< ground farther away may be another slope
+constexpr double kFewestOfGround = 50;       ///< points of a plane
+constexpr double kSteepStreet_rad = 0.15;  ///< ground that leans more is that of a leaning scanner
+constexpr double kLevel_rad = 0.03;        ///< and what is left of that
+constexpr double kStillGround = 0.8;  ///< times as much ground: feet of leaning walls were some
+constexpr int kLeans = 3;             ///< times that it is levelled
+constexpr float kClearlyOff_m = 0.5;  ///< above ground or below it
+constexpr double kMuchMore = 2;       ///< times as much ground: another way is up
+
+double groundShare(const pcl::PointCloud<Point>& points) {
+  const auto ground = std::count_if(points.begin(), points.end(), [](const Point& point) {
+    return point.label == static_cast<std::uint32_t>(Shape::ground);
+  });
+  return static_cast<double>(ground) / static_cast<double>(std::max<std::size_t>(1, points.size()));
+}
+
+/// Labels points as they lie when turned. Without a turn they are not copied: a cloud may be all
+/// that memory holds.
+void labelTurned(const Eigen::Matrix3d& R, double size, pcl::PointCloud<Point>& points) {
+  if (R == Eigen::Matrix3d::Identity()) return labelByShape(points, size);
+  pcl::PointCloud<Point> turned = points;
+  const Eigen::Matrix3f R_float = R.cast<float>();
+  for (Point& point : turned) point.getVector3fMap() = R_float * point.getVector3fMap();
+  labelByShape(turned, size);
+  for (std::size_t i = 0; i < turned.size(); ++i) points[i].label = turned[i].label;
+}
+
+/// Median height of the ground of points that lie turned; nothing without ground.
+std::optional<float> groundLevel(const Eigen::Matrix3d& R, const pcl::PointCloud<Point>& points) {
+  const Eigen::RowVector3f up = R.row(2).cast<float>();
+  std::vector<float> ground;
+  for (const Point& point : points) {
+    if (point.label == static_cast<std::uint32_t>(Shape::ground))
+      ground.push_back(up * point.getVector3fMap());
+  }
+  if (ground.empty()) return std::nullopt;
+  return medianOf(std::move(ground));
+}
+
+/// Whether more of the points lies above their ground than below it, as they lie when turned; of a
+/// scan, which shows its ground from above, whether the scanner does.
+bool standsOnGround(const Eigen::Matrix3d& R, Sensor sensor, const pcl::PointCloud<Point>& points) {
+  const std::optional<float> level = groundLevel(R, points);
+  if (!level) return false;
+  if (sensor == Sensor::lidar) return *level < 0;
+  const Eigen::RowVector3f up = R.row(2).cast<float>();
+  std::ptrdiff_t more_above = 0;
+  for (const Point& point : points) {
+    const float height = up * point.getVector3fMap() - *level;
+    more_above += (height > kClearlyOff_m) - (height < -kClearlyOff_m);
+  }
+  return more_above >= 0;
+}
+
+/// The normal of the plane through the ground near a scanner, on the scanner's side; zero if it is
+/// not seen.
+Eigen::Vector3d groundNormal(const pcl::PointCloud<Point>& points) {
+  std::vector<Eigen::Vector3d> ground;
+  for (const Point& point : points) {
+    if (point.label == static_cast<std::uint32_t>(Shape::ground) &&
+        point.getVector3fMap().norm() < kUnderScanner_m)
+      ground.push_back(point.getVector3fMap().cast<double>());
+  }
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), normal = mean;
+  double gate_m = INFINITY;
+  for (int round = 0; round < 5; ++round) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    double count = 0;
+    for (const Eigen::Vector3d& p : ground) {
+      if (std::abs(normal.dot(p - mean)) > gate_m) continue;
+      count += 1;
+      sum += p;
+      squares += p * p.transpose();
+    }
+    if (count < kFewestOfGround) return Eigen::Vector3d::Zero();
+    mean = sum / count;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares / count -
+                                                              mean * mean.transpose());
+    normal = axes.eigenvectors().col(0);
+    gate_m = std::max(0.2, 2 * std::sqrt(std::max(0.0, axes.eigenvalues()(0))));
+  }
+  return normal.dot(mean) > 0 ? Eigen::Vector3d(-normal) : normal;
+}
+
+/// A cloud as it is labelled when it lies turned.
+struct TurnedCloud {
+  Eigen::Matrix3d R;
+  pcl::PointCloud<Point> points;
+  double ground = 0;  ///< share of it
+
+  TurnedCloud(const Eigen::Matrix3d& turn, double size, pcl::PointCloud<Point> cloud)
+      : R(turn), points(std::move(cloud)) {
+    labelTurned(R, size, points);
+    ground = groundShare(points);
+  }
+};
+
+/// Labels a cloud of a room along this vertical. Up is where more ground is seen, with things on
+/// it.
+Eigen::Vector3d labelAlong(const Eigen::Vector3d& vertical, double size,
+                           pcl::PointCloud<Point>& points) {
+  TurnedCloud best(alignmentFromUp(vertical).toRotationMatrix(), size, points);
+  TurnedCloud other(alignmentFromUp(-vertical).toRotationMatrix(), size, std::move(points));
+  const auto weight = [](const TurnedCloud& cloud) {
+    return std::make_pair(standsOnGround(cloud.R, Sensor::cloud, cloud.points), cloud.ground);
+  };
+  if (weight(best) < weight(other)) best = std::move(other);
+  points = std::move(best.points);
+  return best.R.row(2);
+}
+
+}  // namespace
+
+Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
+                              pcl::PointCloud<Point>& points) {
+  const bool is_scan = sensor == Sensor::lidar;
+  if (sensor == Sensor::cloud && size != kTownScale && R_up_sensor.isIdentity()) {
+    const Eigen::Vector3d vertical = verticalOfRoom(points, size);
+    if (vertical != Eigen::Vector3d::UnitZ()) return labelAlong(vertical, size, points);
+  }
+  TurnedCloud best(R_up_sensor, size, std::move(points));
+  if (best.ground < (is_scan ? kLittleGroundOfScan : kLittleGround)) {
+    const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+    std::vector<Eigen::AngleAxisd> turns = {{M_PI / 2, x}, {-M_PI / 2, x}};
+    if (is_scan) turns.insert(turns.end(), {{M_PI, x}, {M_PI / 2, y}, {-M_PI / 2, y}});
+    double least = std::max(kLittleGround, kMuchMore * best.ground);
+    for (const Eigen::AngleAxisd& turn : turns) {
+      TurnedCloud other(R_up_sensor * turn.toRotationMatrix(), size, best.points);
+      if (other.ground < least || !standsOnGround(other.R, sensor, other.points)) continue;
+      least = other.ground;
+      best = std::move(other);
+    }
+  }
+  for (int round = 0; is_scan && round < kLeans; ++round) {
+    const Eigen::Vector3d up = best.R * groundNormal(best.points);
+    if (up.norm() == 0 || up.z() > std::cos(round == 0 ? kSteepStreet_rad : kLevel_rad)) break;
+    TurnedCloud level(alignmentFromUp(up) * best.R, size, best.points);
+    if (level.ground < kStillGround * best.ground) break;
+    best = std::move(level);
+  }
+  points = std::move(best.points);
+  return Eigen::Vector3d::Zero();
+}
+
+}  // namespace xview

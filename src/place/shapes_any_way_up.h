@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+#include "xview/base/frame.h"
+#include "xview/base/labelled_cloud.h"
+
+namespace xview {
+
+/// Gives points of a scan or a cloud the classes of their shapes (labelByShape) as they lie
+/// when turned by R_up_sensor, in a place of this scale.
+///
+/// Where little lies as ground would, or a scanner under it, z may not be up: meshes are often
+/// drawn with y up, cameras have y down, and scanners hang or lie on their sides. Labelled as of
+/// the way up that shows the most ground, with things on it, if that is by far more; that of a scan
+/// leans as its ground does. In a room z is not up where it is not what surfaces say
+/// (verticalOfRoom): returned is up as they say, a unit vector, else zero.
+Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
+                              pcl::PointCloud<Point>& points);
+
+}  // namespace xview

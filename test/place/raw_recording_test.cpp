@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "place/raw_recording.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "base/random.h"
+#include "xview/io/label_files.h"
+
+namespace xview {
+namespace {
+
+/// One cloud without a view-point, or one scan.
+class OneCloud : public FrameSource {
+ public:
+  explicit OneCloud(pcl::PointCloud<Point> points, Sensor sensor = Sensor::cloud) {
+    frame_.sensor = sensor;
+    frame_.cloud.points = std::move(points);
+  }
+  std::size_t size() const override { return 1; }
+  Eigen::Isometry3d pose(std::size_t) const override { return Eigen::Isometry3d::Identity(); }
+  double stamp(std::size_t) const override { return 0; }
+  std::int64_t number(std::size_t) const override { return 0; }
+  Frame read(std::size_t) const override { return frame_; }
+  Sensor sensor() const override { return frame_.sensor; }
+  const LabelSet& labels() const override { return labels_; }
+  const std::string& name() const override { return name_; }
+
+ private:
+  Frame frame_;
+  LabelSet labels_;
+  std::string name_ = "cloud";
+};
+
+/// A street: 60 x 10 m of ground between two walls of 6 m.
+pcl::PointCloud<Point> street() {
+  pcl::PointCloud<Point> points;
+  Random random(3);
+  const auto add = [&](double x, double y, double z) {
+    points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), 0);
+  };
+  for (int i = 0; i < 8000; ++i) {
+    add(60 * random.uniform(), 10 * random.uniform(), 0.02 * random.normal());
+    if (i % 10 > 2) continue;
+    add(60 * random.uniform(), 10 * (i % 2) + 0.02 * random.normal(), 6 * random.uniform());
+  }
+  return points;
+}
+
+std::vector<std::uint32_t> labelsOf(const pcl::PointCloud<Point>& points,
+                                    Sensor sensor = Sensor::cloud) {
+  const auto shapes =
+      withShapeLabels(std::make_unique<OneCloud>(points, sensor), io::shippedLabelSet(kShapes), {});
+  std::vector<std::uint32_t> labels;
+  for (const Point& point : shapes->read(0).cloud.points) labels.push_back(point.label);
+  return labels;
+}
+
+/// Meshes are drawn with y up, and cameras have y down.
+TEST(RawRecording, ACloudWithYUpOrDownHasTheShapesOfOneWithZUp) {
+  const pcl::PointCloud<Point> upright = street();
+  const std::vector<std::uint32_t> expected = labelsOf(upright);
+  EXPECT_GT(std::count(expected.begin(), expected.end(), 1U), 7500) << "ground";
+  EXPECT_GT(std::count(expected.begin(), expected.end(), 2U), 1000) << "walls";
+  for (const float up : {1.F, -1.F}) {
+    pcl::PointCloud<Point> turned = upright;
+    for (Point& p : turned) p.getVector3fMap() = Eigen::Vector3f(up * p.x, up * p.z, -p.y);
+    const std::vector<std::uint32_t> labels = labelsOf(turned);
+    EXPECT_GT(std::count(labels.begin(), labels.end(), 1U), 7500) << "ground, y " << up;
+    EXPECT_GT(std::count(labels.begin(), labels.end(), 2U), 1000) << "walls, y " << up;
+  }
+}
+
+/// Check fix for: scans of scanners that hang or lie on their sides had walls for ground.
+TEST(RawRecording, AScanHasItsShapesHoweverTheScannerStands) {
+  pcl::PointCloud<Point> upright = street();
+  for (Point& p : upright) p.getVector3fMap() -= Eigen::Vector3f(30, 5, 1.8F);
+  const std::vector<std::uint32_t> expected = labelsOf(upright, Sensor::lidar);
+  ASSERT_GT(std::count(expected.begin(), expected.end(), 1U), 7500) << "ground";
+  ASSERT_GT(std::count(expected.begin(), expected.end(), 2U), 1000) << "walls";
+  for (const Eigen::Vector3f& axis :
+       {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(0, 1, 0), Eigen::Vector3f(0.6F, 0.8F, 0)}) {
+    for (const float degrees : {20.F, 30.F, 90.F, -90.F, 110.F, 180.F}) {
+      pcl::PointCloud<Point> turned = upright;
+      const Eigen::AngleAxisf turn(degrees * static_cast<float>(M_PI) / 180, axis);
+      for (Point& p : turned) p.getVector3fMap() = turn * p.getVector3fMap();
+      const std::vector<std::uint32_t> labels = labelsOf(turned, Sensor::lidar);
+      std::size_t same = 0;
+      for (std::size_t i = 0; i < labels.size(); ++i) same += labels[i] == expected[i];
+      EXPECT_GT(same, labels.size() * 9 / 10) << degrees << " deg about " << axis.transpose();
+    }
+  }
+}
+
+/// A street that climbs stays as it is.
+TEST(RawRecording, AScanOfASteepStreetIsNotTurned) {
+  pcl::PointCloud<Point> steep = street();
+  for (Point& p : steep) {
+    p.getVector3fMap() -= Eigen::Vector3f(30, 5, 1.8F);
+    p.z += 0.1F * p.x;
+  }
+  const std::vector<std::uint32_t> labels = labelsOf(steep, Sensor::lidar);
+  EXPECT_GT(std::count(labels.begin(), labels.end(), 1U), 7500);
+}
+
+}  // namespace
+}  // namespace xview
