@@ -40,5 +40,7 @@ if(NOT BUILD_SHARED_LIBS)
 endif()
 list(APPEND pc_libs -lpcl_common)
 list(JOIN pc_libs " " pc_libs)
+# Where the prefix is from the file itself, wherever all of it was moved to.
+file(RELATIVE_PATH pc_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 configure_file(cmake/xview.pc.in xview.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/xview.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -9,7 +9,7 @@
 #include "xview/base/localization.h"
 #include "xview/io/pose_files.h"
 #include "xview/sequence.h"
-#include "xview/tracker.h"
+#include "localizer/tracker.h"
 
 namespace xview::tools {
 

@@ -51,12 +51,23 @@ bool isNameless(const LabelMatch& match) {
   return match.from().isGeneric() != match.to().isGeneric();
 }
 
-/// How the classes of what lies at `path` meet those of options.map_labels, which must be there;
-/// with --verbose it is said what is matched with what.
-LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::InputOptions& options,
-                   const Narrative& narrate) {
-  LabelMatch match(labels, *options.map_labels, options.class_names);
-  if (match.changesNothing()) return match;
+}  // namespace
+
+void logGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
+  if (labels.isGeneric()) return logShapes(path, labels, narrate);
+  Takings guessed;
+  for (const auto& [id, info] : labels.classes()) {
+    if (info.guessed) guessed.add(toString(info.role), info.name);
+  }
+  if (!guessed.empty())
+    narrate.note(fmt::format("{} gives no roles; guessed: {}", labels.name(), guessed.text()));
+}
+
+void tellHowClassesMeet(const std::string& path, const LabelSet& labels,
+                        const io::InputOptions& options, const Narrative& narrate) {
+  if (!options.map_labels) return;
+  const LabelMatch match(labels, *options.map_labels, options.class_names);
+  if (match.changesNothing()) return;
   for (const auto& [id, partner] : match.partners()) {
     narrate.detail(fmt::format("{}: {} is {} in the map (by {})", path, labels.className(id),
                                match.to().className(partner.id), toString(partner.by)));
@@ -72,34 +83,13 @@ LabelMatch meetMap(const std::string& path, const LabelSet& labels, const io::In
                                          "aside, which tells more where labels are poor"
                                        : "--map-labels names them"));
   }
-  return match;
 }
 
-}  // namespace
-
-void logGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
-  if (labels.isGeneric()) return logShapes(path, labels, narrate);
-  Takings guessed;
-  for (const auto& [id, info] : labels.classes()) {
-    if (info.guessed) guessed.add(toString(info.role), info.name);
-  }
-  if (!guessed.empty())
-    narrate.note(fmt::format("{} gives no roles; guessed: {}", labels.name(), guessed.text()));
-}
-
-std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,
-                                            const io::InputOptions& options,
-                                            const Narrative& narrate) {
-  if (!options.map_labels) return source;
-  LabelMatch match = meetMap(source->name(), source->labels(), options, narrate);
-  if (match.changesNothing() || match.isHopeless()) return source;
-  return std::make_unique<TranslatedRecording>(std::move(source), std::move(match));
-}
-
-Place inClassesOfMap(const std::string& path, Place place, const io::InputOptions& options,
-                     const Narrative& narrate) {
-  const LabelMatch match = meetMap(path, place.labels, options, narrate);
-  if (match.changesNothing() || match.isHopeless()) return place;
+void tellHowClassesMeet(const std::string& path, const Place& place,
+                        const io::InputOptions& options, const Narrative& narrate) {
+  tellHowClassesMeet(path, place.labels, options, narrate);
+  const LabelMatch match(place.labels, *options.map_labels, options.class_names);
+  if (match.changesNothing() || match.isHopeless()) return;
   std::map<std::uint32_t, std::size_t> alone;
   for (const Vertex& vertex : place.graph.vertices) {
     const bool has_partner = match.partners().count(vertex.label) > 0;
@@ -111,6 +101,19 @@ Place inClassesOfMap(const std::string& path, Place place, const io::InputOption
   if (!left_out.empty())
     narrate.note(path + ": vertices without a partner among the classes of the map; " +
                  left_out.text());
+}
+
+std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,
+                                            const io::InputOptions& options) {
+  if (!options.map_labels) return source;
+  LabelMatch match(source->labels(), *options.map_labels, options.class_names);
+  if (match.changesNothing() || match.isHopeless()) return source;
+  return std::make_unique<TranslatedRecording>(std::move(source), std::move(match));
+}
+
+Place inClassesOfMap(Place place, const io::InputOptions& options) {
+  const LabelMatch match(place.labels, *options.map_labels, options.class_names);
+  if (match.changesNothing() || match.isHopeless()) return place;
   return translated(std::move(place), match);
 }
 

@@ -13,14 +13,19 @@ namespace xview::tools {
 /// Says which roles and kinds of classes are guesses, as nobody gave them.
 void logGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate);
 
-/// The recording in the classes of options.map_labels, if they are given and any class of it can be
-/// found there.
+/// Says how the classes of a recording meet those of options.map_labels, if they are given.
+void tellHowClassesMeet(const std::string& path, const LabelSet& labels,
+                        const io::InputOptions& options, const Narrative& narrate);
+/// The same of what is in memory, and which classes of its vertices have no partner.
+void tellHowClassesMeet(const std::string& path, const Place& place,
+                        const io::InputOptions& options, const Narrative& narrate);
+
+/// What is added to a map: the recording in the classes of options.map_labels, if they are given
+/// and any class of it can be found there. A Localizer takes queries in their own classes.
 std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,
-                                            const io::InputOptions& options,
-                                            const Narrative& narrate);
-/// The same for what is in memory. It is said which classes of its vertices have no partner.
-Place inClassesOfMap(const std::string& path, Place place, const io::InputOptions& options,
-                     const Narrative& narrate);
+                                            const io::InputOptions& options);
+/// The same for what is in memory.
+Place inClassesOfMap(Place place, const io::InputOptions& options);
 
 /// The classes of a graph file that names `own` or none: those chosen, those of classes.yaml beside
 /// it, those of the map if it knows nearly all ids (a guess, which is said), else generic ones.

@@ -68,8 +68,8 @@ class FollowCommand final : public Command {
     removeStale(initial_pose_, job.narrate, kUntilItIsFound);
     const map::SemanticMap map = readMapToLocalize(job.operands.back(), input_, job);
     job = inMap(job, map);
-    const Localizer localizer(map::borrowed(map), job.options);
-    Follower follower(localizer, job.options, window_, stride_);
+    const Localizer localizer(map::borrowed(map), job.options, input_.parsed().class_names);
+    Follower follower(localizer, {window_, stride_});
     Results results(out_);
     job_ = &job;
     labels_ = &map.labels;
@@ -114,7 +114,8 @@ class FollowCommand final : public Command {
       job.narrate = Narrative(Verbosity::quiet);  // notes are those of the first
     answer(frame, [&] {
       if (!file.error.empty()) throw Error(file.error);
-      return follower_->add(openQuery(file.path, input_, job, *labels_), frame, file.T_odom_sensor);
+      return tools::follow(*follower_, openQuery(file.path, input_, job, *labels_), frame,
+                           file.T_odom_sensor);
     });
   }
 
@@ -122,7 +123,7 @@ class FollowCommand final : public Command {
     const QueryInput input = openQuery(path, input_, *job_, *labels_);
     if (input.whole || input.size() == 1) {
       const LiveFrame frame{path, 0, std::nullopt, false};
-      return answer(frame, [&] { return follower_->add(input, frame); });
+      return answer(frame, [&] { return tools::follow(*follower_, input, frame); });
     }
     const FrameSource& source = *input.source;
     for (std::size_t i = 0; i < source.size(); ++i) {
@@ -132,9 +133,9 @@ class FollowCommand final : public Command {
   }
 
   /// A frame that cannot be used has its line, too, and the next ones are followed.
-  void answer(const LiveFrame& frame, const std::function<LiveAnswer()>& follow) {
+  void answer(const LiveFrame& frame, const std::function<FollowAnswer()>& follow) {
     const auto came = Clock::now();
-    LiveAnswer answer;
+    FollowAnswer answer;
     std::string error;
     try {
       answer = follower_->withinBudget(job_->limits, follow);
@@ -155,7 +156,7 @@ class FollowCommand final : public Command {
     last_state_ = answer.state;
   }
 
-  void keepInitialPose(const LiveFrame& frame, const LiveAnswer& answer) const {
+  void keepInitialPose(const LiveFrame& frame, const FollowAnswer& answer) const {
     if (initial_pose_.empty()) return;
     if (answer.found())
       return writeFile(initial_pose_, initialPose(answer.T_map_sensor, answer.covariance,
@@ -189,7 +190,7 @@ class FollowCommand final : public Command {
   Results* results_ = nullptr;
   std::vector<double> latencies_ms_;
   std::size_t found_ = 0, failed_ = 0;
-  LiveAnswer::State last_state_ = LiveAnswer::State::searching;
+  FollowAnswer::State last_state_ = FollowAnswer::State::searching;
 };
 
 }  // namespace

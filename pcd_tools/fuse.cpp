@@ -65,7 +65,9 @@ class FuseCommand final : public Command {
     Stopwatch watch;
     QueryInput input = openQuery(query, input_, job, map.labels);
     std::string refusal;
-    const auto placed = placeVisit(input, Localizer(map::borrowed(map), job.options), job, refusal);
+    const auto placed =
+        placeVisit(input, Localizer(map::borrowed(map), job.options, input_.parsed().class_names),
+                   job, refusal);
     job.narrate.stage("localize", watch.lap_ms(), placed ? placed->how : refusal);
     if (!placed) {
       fmt::print("{}: not found, map left as it is: {}\n", printable(query), printable(refusal));

@@ -116,8 +116,8 @@ std::unique_ptr<FrameSource> openInput(const std::string& path, const io::InputO
   return source;
 }
 
-std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
-                                            const io::InputOptions& options, const Job& job) {
+std::unique_ptr<FrameSource> openInOwnClasses(const std::string& path,
+                                              const io::InputOptions& options, const Job& job) {
   std::unique_ptr<FrameSource> source = openWithLabels(path, options, job);
   logNotes(*source, job.narrate);
   if (source->labels().name() == kShapes) return source;  // they meet those of a map by kind
@@ -125,7 +125,15 @@ std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
   source = withRolesByShape(std::move(source), job.options.lift, job.options.threads,
                             options.map_labels ? &*options.map_labels : nullptr);
   logGuesses(path, source->labels(), job.narrate);
-  return inClassesOfMap(std::move(source), options, job.narrate);
+  tellHowClassesMeet(source->name(), source->labels(), options, job.narrate);
+  return source;
+}
+
+std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
+                                            const io::InputOptions& options, const Job& job) {
+  std::unique_ptr<FrameSource> source = openInOwnClasses(path, options, job);
+  if (source->labels().name() == kShapes) return source;
+  return inClassesOfMap(std::move(source), options);
 }
 
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {
@@ -255,11 +263,13 @@ std::vector<Eigen::Isometry3d> QueryInput::poses() const {
   return poses;
 }
 
+LabelMatch QueryInput::inMap() const { return {labels, *options.map_labels, options.class_names}; }
+
 QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels) {
   QueryInput result;
   result.path = path;
-  io::InputOptions options = queryIn(input, map_labels);
+  io::InputOptions& options = result.options = queryIn(input, map_labels);
   const io::InputKind kind = chooseKind(path, options, job);
   if (kind == io::InputKind::map) result.whole = makeQuery(map::loadMap(path), job.options);
   if (kind == io::InputKind::graph) {
@@ -267,10 +277,10 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
     result.whole = makeQuery(file.graph, file.labels, job.options);
   }
   if (result.whole) {
-    result.whole = inClassesOfMap(path, std::move(*result.whole), options, job.narrate);
+    tellHowClassesMeet(path, *result.whole, options, job.narrate);
     if (kind == io::InputKind::graph) logConsistencyChecks(path, *result.whole, job.narrate);
   } else {
-    result.source = openPlaceInput(path, options, job);
+    result.source = openInOwnClasses(path, options, job);
     if (result.size() == 0) throw Error(path, "no frames");
   }
   result.labels = result.whole ? result.whole->labels : result.source->labels();
@@ -297,12 +307,12 @@ void readWhole(const std::string& path, const InputFlags& input, const Job& job,
   if (result.used_from > 0) {
     job.narrate.note(
         fmt::format("{}: its last {:g} m tell where it ends (--last)", source->name(), last_m));
-    io::InputOptions options = queryIn(input, map_labels);
+    io::InputOptions options = result.options;
     options.frames.begin += result.used_from * options.frames.step;
-    end = openPlaceInput(path, options, job);
+    end = openInOwnClasses(path, options, job);
     source = end.get();
   }
-  FrameReport report(*source, job.narrate);
+  FrameReport report(*source, job.narrate, result.inMap());
   result.whole =
       makeQuery(*source, job.options, [&](const PreprocessedFrame& frame) { report.add(frame); });
   report.say();
@@ -323,7 +333,7 @@ QueryInput readQuery(const std::string& path, const InputFlags& input, const Job
 
 void forEachWindow(const QueryInput& input, const std::vector<Window>& windows, const Job& job,
                    const std::function<void(const Query&, const Window&)>& take) {
-  FrameReport report(*input.source, job.narrate);
+  FrameReport report(*input.source, job.narrate, input.inMap());
   std::vector<PreprocessedFrame> kept;  // the last of them is the one that was read last
   auto next = windows.begin();
   Options options = job.options;

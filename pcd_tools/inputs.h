@@ -100,11 +100,13 @@ struct QueryInput {
   LabelSet labels;
   std::unique_ptr<FrameSource> source;  ///< all frames of a recording
   std::optional<Query> whole;           ///< the query, unless it is to be cut into windows
+  io::InputOptions options;             ///< how it was read; map_labels: the classes of the map
   std::size_t used_from = 0;            ///< position of the first frame that took part in `whole`
   std::size_t size() const { return source ? source->size() : 1; }
   std::vector<Eigen::Isometry3d> poses() const;  ///< T_odom_sensor of the frames of a recording
+  LabelMatch inMap() const;                      ///< its classes and those of the map
 };
-/// A recording is opened, but not read.
+/// A recording is opened, but not read. It keeps its own classes, unless the map knows shapes only.
 QueryInput openQuery(const std::string& path, const InputFlags& input, const Job& job,
                      const LabelSet& map_labels);
 /// Everything becomes one query; of a recording its last metres, if last_m > 0. Its points are

@@ -3,53 +3,15 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include "answer_json.h"
-#include "pose/trajectory.h"
 #include "xview/base/error.h"
 
 namespace xview::tools {
-namespace {
 
-using State = LiveAnswer::State;
-using Source = LiveAnswer::Source;
-
-constexpr int kScanWindow = 1, kImageWindow = 20, kImageStride = 5;
-/// Chance that somebody carried the robot away from one window to the next. At the usual risk a
-/// window that is not accepted must at least speak for the place.
-constexpr double kCarriedAway = 0.01;
-/// Path length over which odometry is believed without an accepted window [m in a town].
-constexpr double kBlind_m = 20;
-/// Least share of the score expected at the true pose with which a frame fits.
-constexpr double kLeastShare = 0.5;
-constexpr double kReach_m = 1.5;      ///< radius in which that pose is sought [m in a town]
-constexpr int kMostFailedChecks = 2;  ///< frames in a row that do not fit and lose the robot
-/// Least step of the odometry that is a jump [m in a town], and least multiple of the median step.
-constexpr double kJump_m = 3, kJumpSteps = 8;
-constexpr std::size_t kUsualSteps = 16;
-constexpr const char* kDoesNotFit = "the frame does not fit where it is expected";
-
-double logOdds(double p) {
-  const double bounded = std::clamp(p, 1e-6, 1 - 1e-6);
-  return std::log(bounded / (1 - bounded));
-}
-double chanceOf(double log_odds) { return 1 / (1 + std::exp(-log_odds)); }
-
-const char* toString(Source source) {
-  return source == Source::fix ? "fix" : source == Source::held ? "held" : "odometry";
-}
-
-}  // namespace
-
-const char* toString(State state) {
-  return state == State::found ? "found" : state == State::lost ? "lost" : "searching";
-}
-
-std::string toJson(const LiveFrame& frame, const LiveAnswer& answer, double latency_ms,
+std::string toJson(const LiveFrame& frame, const FollowAnswer& answer, double latency_ms,
                    const std::string& error) {
   Json json = {{"frame", frame.number},
                {"input", frame.input},
@@ -74,45 +36,9 @@ std::string toJson(const LiveFrame& frame, const LiveAnswer& answer, double late
   return toText(json);
 }
 
-Follower::Follower(const Localizer& localizer, const Options& options, int window, int stride)
-    : localizer_(localizer), options_(options), window_(window), stride_(stride) {}
-
-LiveAnswer Follower::withoutPose(const std::string& reason) const {
-  LiveAnswer answer;
-  answer.state = was_found_ ? State::lost : State::searching;
-  answer.reason = reason;
-  return answer;
-}
-
-/// True if the odometry jumps.
-bool Follower::takeStep(const Eigen::Isometry3d& T_odom_sensor) {
-  const auto before = std::exchange(last_, T_odom_sensor);
-  if (!before) return false;
-  const double step_m = (T_odom_sensor.translation() - before->translation()).norm();
-  std::vector<double> steps(steps_m_.begin(), steps_m_.end());
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  if (step_m > kJump_m * localizer_.size() && !steps.empty() && step_m > kJumpSteps * *middle) {
-    steps_m_.clear();
-    return true;
-  }
-  steps_m_.push_back(step_m);
-  if (steps_m_.size() > kUsualSteps) steps_m_.pop_front();
-  if (fix_) fix_->travelled_m += step_m;
-  return false;
-}
-
-/// What was seen before says nothing of where it is now.
-void Follower::lose() {
-  fix_.reset();
-  tracker_.reset();
-  sequence_.reset();
-  failed_checks_ = 0;
-}
-
-LiveAnswer Follower::add(const QueryInput& input, const LiveFrame& about,
-                         const std::optional<Eigen::Isometry3d>& T_odom_sensor) {
-  if (input.whole) return alone(*input.whole);
+FollowAnswer follow(Follower& follower, const QueryInput& input, const LiveFrame& about,
+                    const std::optional<Eigen::Isometry3d>& T_odom_sensor) {
+  if (input.whole) return follower.add(*input.whole);
   if (input.size() != 1)
     throw Error(about.input, fmt::format("expected one frame, found {}", input.size()));
   Frame frame = input.source->read(0);
@@ -121,145 +47,7 @@ LiveAnswer Follower::add(const QueryInput& input, const LiveFrame& about,
     frame.T_odom_sensor = *T_odom_sensor;
     frame.sensor = Sensor::lidar;
   }
-  return add(std::move(frame), input.labels, about.has_odometry);
-}
-
-LiveAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry) {
-  if (window_ == 0) window_ = frame.sensor == Sensor::camera ? kImageWindow : kScanWindow;
-  if (stride_ == 0) stride_ = frame.sensor == Sensor::camera ? std::min(kImageStride, window_) : 1;
-  const Eigen::Isometry3d T_odom_sensor = frame.T_odom_sensor;
-  PreprocessedFrame preprocessed = preprocessFrame(std::move(frame), labels, options_);
-  if (!has_odometry) return alone(makeQuery(&preprocessed, &preprocessed + 1, labels, options_));
-  const bool jumps = takeStep(T_odom_sensor);
-  if (jumps) lose();
-  if (jumps || !(labels == labels_)) {
-    frames_.clear();
-    since_window_ = 0;
-    labels_ = labels;
-  }
-  frames_.push_back(std::move(preprocessed));
-  if (frames_.size() > static_cast<std::size_t>(window_)) frames_.pop_front();
-  ++taken_;
-  ++since_window_;
-  failed_checks_ = newestFits() ? 0 : failed_checks_ + 1;
-  if (failed_checks_ > 0 && failed_checks_ < kMostFailedChecks) return withoutPose(kDoesNotFit);
-  if (failed_checks_ > 0) {
-    lose();
-    frames_.erase(frames_.begin(), frames_.end() - kMostFailedChecks);
-  }
-  if (since_window_ < stride_) return jumps ? withoutPose("the odometry jumps") : between();
-  since_window_ = 0;
-  const std::vector<PreprocessedFrame> window(frames_.begin(), frames_.end());
-  const Query query = makeQuery(window.data(), window.data() + window.size(), labels, options_);
-  if (!query.jumps.empty()) {
-    lose();
-    frames_.erase(frames_.begin(),
-                  frames_.begin() + static_cast<std::ptrdiff_t>(query.jumps.back().position));
-  }
-  return judge(query);
-}
-
-/// Of several frames most may still be those of before it was carried away, so the newest is asked
-/// by itself.
-bool Follower::newestFits() const {
-  if (!fix_ || window_ == 1 || options_.method == "walks") return true;
-  const PreprocessedFrame& newest = frames_.back();
-  const PlaceEvidence seen =
-      localizer_
-          .check(makeQuery(&newest, &newest + 1, labels_, options_), {fix_->T_map_odom},
-                 kReach_m * localizer_.size() + options_.odometry.drift * fix_->travelled_m)[0]
-          .evidence;
-  return seen.score >= kLeastShare * seen.expected &&
-         seen.obstacles.score >= kLeastShare * seen.obstacles.expected;
-}
-
-LiveAnswer Follower::withinBudget(const BudgetLimits& limits,
-                                  const std::function<LiveAnswer()>& follow) const {
-  const Budget budget(limits);
-  LiveAnswer answer;
-  if (const auto cut = cutByBudget([&] { answer = follow(); })) answer = withoutPose(cut->reason);
-  answer.budget_exhausted = budget.exhausted();
-  return answer;
-}
-
-/// Nothing connects the query with others.
-LiveAnswer Follower::alone(const Query& query) {
-  lose();
-  frames_.clear();
-  last_.reset();
-  const Localization fix = localizer_.localize(query);
-  if (!fix.accepted()) return withoutPose(fix.reason);
-  was_found_ = true;
-  return {State::found,   Source::fix,    fix.T_map_sensor, fix.T_map_query,
-          fix.covariance, fix.confidence, fix.reason};
-}
-
-bool Follower::isBlind() const { return fix_->travelled_m > kBlind_m * localizer_.size(); }
-
-LiveAnswer Follower::between() const {
-  if (!fix_) return withoutPose("frames are gathered for the next window");
-  const std::string way =
-      fmt::format("{:.2f} m of odometry since the last accepted window", fix_->travelled_m);
-  return isBlind() ? withoutPose(way) : predicted(Source::odometry, way);
-}
-
-/// The odometry adds its own errors, and the lever those of the heading.
-LiveAnswer Follower::predicted(Source source, std::string reason) const {
-  LiveAnswer answer{State::found,     source,           fix_->T_map_odom * *last_,
-                    fix_->T_map_odom, fix_->covariance, chanceOf(fix_->log_odds),
-                    std::move(reason)};
-  answer.covariance = pose::movedCovariance(fix_->covariance, fix_->T_map_sensor.translation(),
-                                            answer.T_map_sensor.translation());
-  const double drift_m = options_.odometry.drift * fix_->travelled_m;
-  const double drift_rad = options_.odometry.drift_deg_per_m * M_PI / 180 * fix_->travelled_m;
-  for (int i = 0; i < 3; ++i) answer.covariance(i, i) += drift_m * drift_m;
-  answer.covariance(5, 5) += drift_rad * drift_rad;
-  return answer;
-}
-
-LiveAnswer Follower::found(const Localization& fix) {
-  fix_ = Fix{fix.T_map_sensor * last_->inverse(), fix.T_map_sensor, fix.covariance,
-             logOdds(fix.confidence), 0};
-  was_found_ = true;
-  return predicted(Source::fix, fix.reason);
-}
-
-/// One step of a sequential test between "still there" and "elsewhere".
-LiveAnswer Follower::judge(const Query& query) {
-  if (!fix_) return searched(query);
-  const TrackAnswer answer = tracker_->follow(query);
-  if (answer.fix.accepted()) return found(answer.fix);
-  if (isBudgetSpent()) return withoutPose(answer.fix.reason);
-  const Eigen::Vector3d expected = (fix_->T_map_odom * *last_).translation();
-  const bool is_there =
-      !answer.fix.hypotheses.empty() &&
-      (answer.fix.T_map_sensor.translation() - expected).norm() <= answer.radius_m;
-  fix_->log_odds = logOdds(chanceOf(fix_->log_odds) * (1 - kCarriedAway)) +
-                   logOdds(is_there ? answer.fix.confidence : 0);
-  const double chance = chanceOf(fix_->log_odds);
-  if (chance >= options_.verdict.min_confidence && !isBlind())
-    return predicted(Source::held, fmt::format("with what was known before {:.4f}; by itself {}",
-                                               chance, answer.fix.reason));
-  lose();
-  return withoutPose("not where it was expected; " + answer.fix.reason);
-}
-
-LiveAnswer Follower::searched(const Query& query) {
-  Localization fix;
-  if (options_.method == "walks") {
-    fix = localizer_.localize(query);
-  } else {
-    if (!sequence_) sequence_.emplace(localizer_, options_);
-    fix = sequence_->add(query, taken_ - frames_.size(), taken_).fix;
-  }
-  if (!fix.accepted()) return withoutPose(fix.reason);
-  sequence_.reset();
-  tracker_.emplace(localizer_, options_);
-  tracker_->begin(query, fix);
-  const LiveAnswer answer = found(fix);
-  // If the robot was carried away in between, most frames of the window are those of before.
-  failed_checks_ = newestFits() ? 0 : 1;
-  return failed_checks_ == 0 ? answer : withoutPose(kDoesNotFit);
+  return follower.add(std::move(frame), input.labels, about.has_odometry);
 }
 
 }  // namespace xview::tools

@@ -15,6 +15,7 @@
 #include "consistency_checks.h"
 #include "hints.h"
 #include "inputs.h"
+#include "localizer/tracker.h"
 #include "map/contents.h"
 #include "outputs.h"
 #include "place/depth_plausibility.h"
@@ -26,7 +27,6 @@
 #include "xview/base/frame.h"
 #include "xview/base/localization.h"
 #include "xview/sequence.h"
-#include "xview/tracker.h"
 
 namespace xview::tools {
 namespace {
@@ -237,7 +237,7 @@ class LocalizeCommand final : public Command {
     Stopwatch watch;
     const map::SemanticMap map = readMap(given);
     const Job job = inMap(given, map);
-    const Localizer localizer(map::borrowed(map), job.options);
+    const Localizer localizer(map::borrowed(map), job.options, input_.parsed().class_names);
     unanswered_.map = given.operands.back();
     unanswered_.size = sizeText(map.size);
     unanswered_.load_map_ms = watch.lap_ms();

@@ -155,7 +155,8 @@ class MapCommand final : public Command {
                    const Job& job) const {
     QueryInput input = openQuery(path, input_, job, map.labels);
     std::string refusal;
-    const auto placed = placeVisit(input, Localizer(map::borrowed(map), job.options), job, refusal);
+    const auto placed = placeVisit(
+        input, Localizer(map::borrowed(map), job.options, input.options.class_names), job, refusal);
     if (!placed) return refusal;
     const map::Visit visit = additionOf(*placed, input, input_, map, job);
     if (const auto objection = objectionTo(visit.place, map, "the map", job.options))

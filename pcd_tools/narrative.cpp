@@ -188,8 +188,21 @@ void logLeftOut(const FrameSource& source, const LiftCounts& counts, const Narra
 FrameReport::FrameReport(const FrameSource& source, const Narrative& narrate)
     : source_(source), narrate_(narrate), progress_(narrate.progress("frames")) {}
 
+FrameReport::FrameReport(const FrameSource& source, const Narrative& narrate, LabelMatch in_map)
+    : FrameReport(source, narrate) {
+  if (in_map.isHopeless() || knowsShapesOnly(in_map.from())) return;
+  for (const std::uint32_t id : in_map.alone()) alone_[id] = 0;
+  in_map_ = std::move(in_map);
+}
+
 void FrameReport::add(const PreprocessedFrame& frame) {
   ++added_;
+  if (!alone_.empty()) {
+    for (const Point& p : frame.cloud.points) {
+      const auto alone = alone_.find(p.label);
+      if (alone != alone_.end()) ++alone->second;
+    }
+  }
   points_ += frame.cloud.size();
   blobs_ += frame.blobs.size();
   left_out_ += frame.counts;
@@ -203,6 +216,15 @@ void FrameReport::say() const {
       fmt::format("left out: {} measurements without depth, {} out of range, {} of ignored classes",
                   left_out_.no_depth, left_out_.out_of_range, left_out_.ignored_class));
   logLeftOut(source_, left_out_, narrate_);
+  std::string text;
+  for (const auto& [id, count] : alone_) {
+    if (count == 0) continue;
+    text +=
+        fmt::format("{} {:.{}f} % {} (no counterpart in label set '{}')", text.empty() ? "" : ",",
+                    100. * static_cast<double>(count) / static_cast<double>(points_), 1,
+                    in_map_->from().className(id), in_map_->to().name());
+  }
+  if (!text.empty()) narrate_.note(source_.name() + ": points that count for nothing:" + text);
 }
 
 std::string oneLine(const std::string& text) {

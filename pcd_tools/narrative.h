@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "base/label_match.h"
 #include "xview/base/localization.h"
 #include "xview/mapper.h"
 
@@ -72,6 +76,8 @@ class FrameReport {
  public:
   /// The recording must outlive it.
   FrameReport(const FrameSource& source, const Narrative& narrate);
+  /// The same of a query: says how much of it is of classes that the map does not have.
+  FrameReport(const FrameSource& source, const Narrative& narrate, LabelMatch in_map);
   void add(const PreprocessedFrame& frame);
   std::size_t added() const { return added_; }
   void say() const;
@@ -82,6 +88,8 @@ class FrameReport {
   Progress progress_;
   std::size_t added_ = 0, points_ = 0, blobs_ = 0;
   LiftCounts left_out_;
+  std::optional<LabelMatch> in_map_;
+  std::map<std::uint32_t, std::size_t> alone_;  ///< points of classes without a partner there
 };
 
 /// The text without line breaks, so that every message is one line, and without what would steer a

@@ -10,6 +10,7 @@
 #include "answer_table.h"
 #include "base/median.h"
 #include "base/pose.h"
+#include "classes.h"
 #include "denser_fixes.h"
 #include "pose/trajectory.h"
 #include "verdict/verdict.h"
@@ -142,8 +143,9 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
   logLeftOut(input, way_m, found.is_found, job.narrate);
   Job of_placed = job;
   of_placed.options.odometry.check = false;  // its poses are those of the map
-  const PosedRecording placed(*input.source, std::move(kept), visit.poses);
-  visit.place = mapOfRecordings({&placed}, of_placed, RecordingsUse::addition);
+  const auto placed = inClassesOfMap(
+      std::make_unique<PosedRecording>(*input.source, std::move(kept), visit.poses), input.options);
+  visit.place = mapOfRecordings({placed.get()}, of_placed, RecordingsUse::addition);
   return visit;
 }
 
@@ -156,7 +158,7 @@ std::optional<PlacedVisit> placeWhole(QueryInput& input, const Localizer& locali
     return std::nullopt;
   }
   PlacedVisit visit;
-  static_cast<Place&>(visit.place) = std::move(*input.whole);
+  static_cast<Place&>(visit.place) = inClassesOfMap(std::move(*input.whole), input.options);
   visit.is_whole = true;
   visit.T_map_visit = fix.T_map_query;
   visit.sigma_m = verdict::horizontalSigma(fix.covariance);

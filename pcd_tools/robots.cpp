@@ -8,8 +8,11 @@ namespace xview::tools {
 
 constexpr std::size_t kMostRobots = 64;
 
-LoadedMap::LoadedMap(map::SemanticMap loaded, const Job& given, double load_ms)
-    : map(std::move(loaded)), job(inMap(given, map)), localizer(map::borrowed(map), job.options) {
+LoadedMap::LoadedMap(map::SemanticMap loaded, const Job& given, const ClassNames& names,
+                     double load_ms)
+    : map(std::move(loaded)),
+      job(inMap(given, map)),
+      localizer(map::borrowed(map), job.options, names) {
   job.narrate = Narrative(Verbosity::quiet);
   unanswered.map = given.operands[0];
   unanswered.size = sizeText(map.size);
@@ -19,7 +22,7 @@ LoadedMap::LoadedMap(map::SemanticMap loaded, const Job& given, double load_ms)
 
 void Robot::followIn(const std::shared_ptr<const LoadedMap>& current) {
   if (map == current) return;
-  follower.emplace(current->localizer, current->job.options, 0, 0);
+  follower.emplace(current->localizer);
   map = current;
 }
 

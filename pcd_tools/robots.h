@@ -18,7 +18,7 @@ namespace xview::tools {
 
 /// A map in memory, with what finds queries in it.
 struct LoadedMap {
-  LoadedMap(map::SemanticMap loaded, const Job& given, double load_ms);
+  LoadedMap(map::SemanticMap loaded, const Job& given, const ClassNames& names, double load_ms);
   ~LoadedMap() { --count; }
   LoadedMap(const LoadedMap&) = delete;
   LoadedMap& operator=(const LoadedMap&) = delete;

@@ -154,7 +154,8 @@ class ServeCommand final : public Command {
   void load() {
     Stopwatch watch;
     map::SemanticMap map = readMapToLocalize(job_->operands[0], input_, *job_);
-    auto loaded = std::make_shared<const LoadedMap>(std::move(map), *job_, watch.lap_ms());
+    auto loaded = std::make_shared<const LoadedMap>(std::move(map), *job_,
+                                                    input_.parsed().class_names, watch.lap_ms());
     const std::lock_guard<std::mutex> lock(map_mutex_);
     map_ = std::move(loaded);
   }
@@ -320,9 +321,9 @@ class ServeCommand final : public Command {
     const auto map = currentMap();
     robot->followIn(map);
     frame.number = robot->frames++;
-    const LiveAnswer answer = robot->follower->withinBudget(limits_, [&] {
-      return robot->follower->add(openQuery(body.path(), input_, map->job, map->map.labels), frame,
-                                  T_odom_sensor);
+    const FollowAnswer answer = robot->follower->withinBudget(limits_, [&] {
+      return follow(*robot->follower, openQuery(body.path(), input_, map->job, map->map.labels),
+                    frame, T_odom_sensor);
     });
     return toJson(frame, answer, 1000 * secondsSince(came));
   }

@@ -12,7 +12,7 @@
 #include "windows.h"
 #include "xview/base/error.h"
 #include "xview/localizer.h"
-#include "xview/tracker.h"
+#include "localizer/tracker.h"
 
 namespace xview::python {
 namespace {

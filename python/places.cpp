@@ -100,7 +100,7 @@ std::unique_ptr<FrameSource> placeSource(const Recording& recording, const Label
   auto source = withRolesByShape(ownedSource(recording.source), job.options.lift,
                                  job.options.threads, labels);
   if (labels == nullptr || source->labels().empty() || source->labels() == *labels) return source;
-  return tools::inClassesOfMap(std::move(source), input, job.narrate);
+  return tools::inClassesOfMap(std::move(source), input);
 }
 
 tools::QueryInput queryOf(const Source& source, const LabelSet& map_labels, double last_m,
@@ -115,7 +115,8 @@ tools::QueryInput queryOf(const Source& source, const LabelSet& map_labels, doub
   in_map.map_labels = map_labels;
   const auto takePlace = [&](const std::string& name, Place place) {
     result.path = name;
-    result.whole = tools::inClassesOfMap(name, std::move(place), in_map, work.job().narrate);
+    tools::tellHowClassesMeet(name, place, in_map, work.job().narrate);
+    result.whole = std::move(place);
     result.labels = result.whole->labels;
   };
   if (py::isinstance<Map>(source.what)) {
@@ -134,7 +135,7 @@ tools::QueryInput queryOf(const Source& source, const LabelSet& map_labels, doub
   if (!recording.path.empty()) return readFile(recording.path, recording.input);
   result = openRecording(recording, map_labels, work);
   return released([&] {
-    tools::FrameReport report(*result.source, work.job().narrate);
+    tools::FrameReport report(*result.source, work.job().narrate, result.inMap());
     result.whole = makeQuery(*result.source, work.job().options,
                              [&](const PreprocessedFrame& frame) { report.add(frame); });
     report.say();
@@ -156,8 +157,12 @@ tools::QueryInput openRecording(const Recording& recording, const LabelSet& map_
       input.source =
           withShapeLabels(ownedSource(recording.source), labelsOfShapes(), work.job().options);
     else
-      input.source = placeSource(recording, &map_labels, work);
+      input.source = withRolesByShape(ownedSource(recording.source), work.job().options.lift,
+                                      work.job().options.threads, &map_labels);
     input.labels = input.source->labels();
+    input.options.map_labels = map_labels;
+    if (!knowsShapesOnly(input.labels))
+      tools::tellHowClassesMeet(input.path, input.labels, input.options, work.job().narrate);
     return input;
   });
 }

@@ -72,12 +72,15 @@ class Localizer {
   /// @param map      is moved in, not copied. It decides about the size of all that is looked for
   ///                 in it (semantic_place.h), whatever options.size says.
   /// @param options  of the search and of the queries that the localizer makes
+  /// @param names    which classes of two label sets are the same (LabelMatch)
   /// Throws UsageError if an option has no valid value, if the prior of the options lies outside of
   /// the map, or if there is no map; Error if a file that the options name cannot be read.
-  explicit Localizer(map::SemanticMap map, const Options& options = {});
+  explicit Localizer(map::SemanticMap map, const Options& options = {},
+                     const ClassNames& names = ClassNames::shipped());
   /// The same for a map that others read as well; it is copied only if its size is not the
   /// canonical one. See map::borrowed for a map that somebody else keeps.
-  explicit Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options = {});
+  explicit Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options = {},
+                     const ClassNames& names = ClassNames::shipped());
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;
   ~Localizer();
@@ -142,14 +145,15 @@ class Localizer {
   struct Index;
   struct CoarseIndices;
   struct CanonicalMap;
-  Localizer(CanonicalMap map, const Options& options);
+  Localizer(CanonicalMap map, const Options& options, const ClassNames& names);
   const map::SemanticMap& map() const;  ///< UsageError if it was moved from
   const Index& indexFor(const Query& query) const;
   Localization localizeNear(const Query& query, const std::optional<ExpectedPose>& expected) const;
   void requireSupport(const Query& query, Localization& answer) const;
 
   double size_;
-  Options options_;                              ///< in metres
+  Options options_;  ///< in metres
+  ClassNames names_;
   std::shared_ptr<const map::SemanticMap> map_;  ///< at canonical scale, as in the index
   std::unique_ptr<const Index> index_;
   std::unique_ptr<CoarseIndices> coarse_;  ///< made when the first query comes that needs them

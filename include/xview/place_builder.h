@@ -127,7 +127,7 @@ class PlaceBuilder {
     double travelled_m;  ///< until this frame
   };
   void beginBehind(const OdometryJump& jump);
-  std::shared_ptr<const Place> newestFrame() const;
+  std::shared_ptr<const Place> newestPart() const;
   void takePose(const PreprocessedFrame& frame);
   void takePoints(const SharedFrame& frame);
   void thinPoints();
@@ -140,6 +140,7 @@ class PlaceBuilder {
   PlaceUse use_;
   std::size_t frames_for_gravity_;
   std::unique_ptr<OdometryCheck> odometry_;  ///< of a query
+  std::size_t first_told_ = 0;  ///< pose of a query from which on the scans tell each step
   std::unique_ptr<PlaceGraphBuilder> graph_;
   std::unique_ptr<BevGridBuilder> bev_;
   Place place_;

@@ -18,5 +18,5 @@
 #include "xview/options.h"
 #include "xview/place_builder.h"
 #include "xview/sequence.h"
-#include "xview/tracker.h"
+#include "xview/follower.h"
 #include "xview/version.h"

@@ -113,7 +113,10 @@ class SelfSearch {
   /// `ask_second_best`: what the map and its stretches show of each other at the best wrong place
   /// as well.
   SelfSearch(const map::SemanticMap& map, const Options& options, bool ask_second_best)
-      : map_(map), options_(options), ask_second_best_(ask_second_best) {
+      : map_(map),
+        options_(options),
+        verdict_model_(verdict::verdictModelOf(options.verdict)),
+        ask_second_best_(ask_second_best) {
     if (map.poses.size() > 1 && map::hasView(map)) {
       std::vector<Eigen::Vector3d> path;
       for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
@@ -402,7 +405,7 @@ class SelfSearch {
     e.expected = truth.expected;
     e.of_surfaces = truth.of_surfaces;
     e.map_coverage = truth.map_coverage;
-    const verdict::Verdict verdict = verdict::judge(e, options_.verdict);
+    const verdict::Verdict verdict = verdict::judge(e, options_.verdict, verdict_model_);
     result.confidence = verdict.confidence;
     result.sure = verdict.status == Status::accepted;
     return result;
@@ -410,6 +413,7 @@ class SelfSearch {
 
   const map::SemanticMap& map_;
   const Options& options_;
+  const verdict::VerdictModel verdict_model_;
   const bool ask_second_best_;
   std::unique_ptr<const search::Field> field_;
   std::optional<pose::DistributionMap> distributions_;  ///< if the best wrong place is asked

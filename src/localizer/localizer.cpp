@@ -187,8 +187,9 @@ Localization Localizer::Index::inAlignedFrames(const Query& given, const Expecte
   frame.R_up = registered.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
-  if (answer.accepted() && !satisfies(priors, *AlignedQuery(*query, {registered.turn, 1}),
-                                      answer.hypotheses[0].T_map_query))
+  if (answer.accepted() && sayAnything(priors) &&
+      !satisfies(priors, *AlignedQuery(*query, {registered.turn, 1}),
+                 answer.hypotheses[0].T_map_query))
     verdict::refuse(ReasonCode::outside_prior,
                     "the refined pose is outside of the prior; without it: " + answer.reason,
                     answer);
@@ -439,15 +440,17 @@ struct Localizer::CanonicalMap {
   }
 };
 
-Localizer::Localizer(map::SemanticMap map, const Options& options)
-    : Localizer(CanonicalMap(std::move(map), options), options) {}
+Localizer::Localizer(map::SemanticMap map, const Options& options, const ClassNames& names)
+    : Localizer(CanonicalMap(std::move(map), options), options, names) {}
 
-Localizer::Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options)
-    : Localizer(CanonicalMap(std::move(map), options), options) {}
+Localizer::Localizer(std::shared_ptr<const map::SemanticMap> map, const Options& options,
+                     const ClassNames& names)
+    : Localizer(CanonicalMap(std::move(map), options), options, names) {}
 
-Localizer::Localizer(CanonicalMap map, const Options& options)
+Localizer::Localizer(CanonicalMap map, const Options& options, const ClassNames& names)
     : size_(map.size),
       options_(options),
+      names_(names),
       map_(std::move(map.map)),
       index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map_->labels))),
       coarse_(std::make_unique<CoarseIndices>()) {
@@ -472,11 +475,11 @@ const Localizer::Index& Localizer::indexFor(const Query& query) const {
     coarse.map = *map_;
     if (detail.shapes) {
       map::unpackPoints(coarse.map);
+      map::unpackVertices(coarse.map);
       coarse.map.noise.reset();
       reduceToShapes(query.labels, coarse.map);
     }
     map::unpackView(coarse.map);
-    map::unpackVertices(coarse.map);
     reduceTo(detail, coarse.map.bev);
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())
@@ -500,9 +503,9 @@ Localization Localizer::localizeNear(const Query& query,
     const Index& index = indexFor(query);
     std::optional<ExpectedPose> canonical;
     if (expected) canonical = scaledPose(1 / size_, *expected);
-    Localization answer = inMetres(
-        index.localize(*QueryInMap(query, map().labels, size_), canonical ? &*canonical : nullptr),
-        size_);
+    Localization answer = inMetres(index.localize(*QueryInMap(query, map().labels, size_, names_),
+                                                  canonical ? &*canonical : nullptr),
+                                   size_);
     if (answer.accepted() && options_.odometry.check) requireSupport(query, answer);
     if (!query.jumps.empty()) tellJump(query.jumps.back(), query.poses.size(), answer);
     return answer;
@@ -510,8 +513,9 @@ Localization Localizer::localizeNear(const Query& query,
 }
 
 /// Most of a window may be of before the odometry slipped or was stuck, and the answer is the pose
-/// of its last frame. An acceptance is taken back if that frame by itself scores less than a half
-/// of what a true pose does where it is put, and more by that at another pose nearby.
+/// of its last frame. An acceptance is taken back if that frame (Place::newest) by itself scores
+/// less than a half of what a true pose does where it is put, and more by that at another pose
+/// nearby.
 void Localizer::requireSupport(const Query& query, Localization& answer) const {
   constexpr double kReach_m = 1.5, kLeastShare = 0.5;
   constexpr double kAround_m = 40, kAround_rad = M_PI, kElsewhere_m = 2;

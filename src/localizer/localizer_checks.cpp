@@ -87,7 +87,7 @@ std::vector<PoseCheck> Localizer::check(const Query& query,
     poses.push_back(scaled(1 / size_, T));
   }
   std::vector<PoseCheck> checked =
-      index.check(*QueryInMap(query, map().labels, size_), poses, reach_m / size_);
+      index.check(*QueryInMap(query, map().labels, size_, names_), poses, reach_m / size_);
   for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
   return checked;
 }
@@ -100,7 +100,7 @@ verdict::Verdict Localizer::judge(const verdict::Evidence& evidence) const {
 bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given) const {
   map();  // is there one?
   requireNear("T_map_query", T_given, size_);
-  const QueryInMap query(given, given.labels, size_);  // a prior knows no classes
+  const QueryInMap query(given, given.labels, size_, names_);  // a prior knows no classes
   const Eigen::Isometry3d T = scaled(1 / size_, T_given);
   const AlignedQuery upright(*query, {index_->alignmentOf(*query, T), 1});
   return satisfies({index_->prior}, *upright, index_->toAligned(*query, T));
@@ -110,7 +110,8 @@ Localization Localizer::describe(const Query& query, const PoseCheck& place) con
   requireNear("T_map_query", place.T_map_query, size_);
   const Index& index = indexFor(query);
   const PoseCheck canonical{scaled(1 / size_, place.T_map_query), place.evidence};
-  return inMetres(index.describe(*QueryInMap(query, map().labels, size_), canonical), size_);
+  return inMetres(index.describe(*QueryInMap(query, map().labels, size_, names_), canonical),
+                  size_);
 }
 
 Explanation Localizer::explain(const Query& query, const Localization& answer) const {
@@ -120,7 +121,8 @@ Explanation Localizer::explain(const Query& query, const Localization& answer) c
   requireAnswerTo(query, map(), answer);
   Localization canonical = answer;
   if (size_ != kTownScale) scaleLengths(1 / size_, canonical);
-  Explanation explanation = index.explain(*QueryInMap(query, map().labels, size_), canonical);
+  Explanation explanation =
+      index.explain(*QueryInMap(query, map().labels, size_, names_), canonical);
   scaleLengths(size_, explanation);
   return explanation;
 }

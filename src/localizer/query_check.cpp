@@ -204,6 +204,10 @@ Priors ofQueryFrame(Priors priors, const Query& query) {
   return priors;
 }
 
+bool sayAnything(const Priors& priors) {
+  return std::any_of(priors.begin(), priors.end(),
+                     [](const PlacePrior& p) { return p.near || p.heading; });
+}
 bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query) {
   const Eigen::Isometry3d pose = T_map_query * query.poses.back();
   const double heading = headingOf(pose.linear(), query.sensor);

@@ -36,6 +36,8 @@ PlacePrior priorAround(const ExpectedPose& expected, const Query& query);
 
 /// The same priors with the heading of the query frame in the place of that of its last sensor.
 Priors ofQueryFrame(Priors priors, const Query& query);
+/// False if nothing is known.
+bool sayAnything(const Priors& priors);
 /// True if the last sensor pose satisfies all priors.
 bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query);
 

@@ -254,7 +254,8 @@ Query scaledQuery(const Query& query, double scale) {
   return scaled;
 }
 
-QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double map_size)
+QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double map_size,
+                       const ClassNames& names)
     : MaybeChanged(given) {
   requireSound(given);
   if (given.size != map_size && !given.bev.known.empty()) {
@@ -267,7 +268,7 @@ QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double ma
     changed_ = given;
     reduceToShapes(map_labels, *changed_);
   } else if (!detail.shapes && !(given.labels == map_labels)) {
-    const LabelMatch match(given.labels, map_labels);
+    const LabelMatch match(given.labels, map_labels, names);
     if (!match.changesNothing() && !match.isHopeless()) changed_ = translated(given, match);
   }
   if (!detail.isAll()) {

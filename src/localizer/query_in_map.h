@@ -81,7 +81,8 @@ void moveSamples(BevChannel from, std::initializer_list<BevChannel> targets, Bev
 /// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths
 /// of another size.
 struct QueryInMap : MaybeChanged<Query> {
-  QueryInMap(const Query& given, const LabelSet& map_labels, double map_size);
+  QueryInMap(const Query& given, const LabelSet& map_labels, double map_size,
+             const ClassNames& names = ClassNames::shipped());
 };
 
 /// A query as a guess has it. It is copied only if it has to be changed.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "xview/tracker.h"
+#include "localizer/tracker.h"
 
 #include <algorithm>
 #include <cmath>

@@ -285,7 +285,10 @@ struct OdometryCheck::State {
     if (added > 0) off_m = offSinceLast(now, asked);
     if (!off_m && added > 0) off_m = offSinceAnchor(now, asked);
     if (!off_m) off_m = offByLean(now);
-    if (off_m) grounds.clear();
+    if (off_m) {
+      grounds.clear();
+      is_told = true;
+    }
     if (added == 0 || off_m || !anchor) beginAt(now);
     before = std::move(now);
     ++added;
@@ -300,6 +303,7 @@ struct OdometryCheck::State {
     // Where frames between are missing, a step may be longer than others.
     constexpr double kPause = 1.5;
     const double gap_s = now.stamp_s - before.stamp_s;
+    is_told = false;
     const bool is_whole = !last_count || (now.number - before.number <= *last_count &&
                                           gap_s <= kPause * std::max(last_gap_s, 0.0));
     double of_overlap = NAN;
@@ -315,6 +319,8 @@ struct OdometryCheck::State {
            (compared.most_by_others >= kExplains &&
             in_place.of_all < kMuchLess * compared.most_by_others)))
         return distanceBetween(step, *last_step);
+      is_told = std::isfinite(of_overlap) && (usual_in_place.size() < kFewestSteps ||
+                                              of_overlap >= kMuchLess * usual(usual_in_place));
       if (std::isfinite(of_overlap)) usual_in_place.push_back(of_overlap);
       if (usual_in_place.size() > kUsualSteps) usual_in_place.pop_front();
     }
@@ -483,6 +489,7 @@ struct OdometryCheck::State {
   const LabelSet labels;
   Look before;
   std::size_t added = 0;
+  bool is_told = true;                                    ///< the last step, by the scans
   std::optional<Eigen::Isometry3d> last_step, last_move;  ///< that the scans did not contradict
   std::optional<std::int64_t> last_count;  ///< frame numbers from one to the next there
   double last_gap_s = 0;
@@ -510,6 +517,8 @@ OdometryCheck::~OdometryCheck() = default;
 std::optional<OdometryJump> OdometryCheck::add(const PreprocessedFrame& frame) {
   return state_->add(frame);
 }
+
+bool OdometryCheck::tellsLastStep() const { return state_->is_told; }
 
 std::vector<OdometryJump> findJumps(const FrameSource& recording, const Options& options) {
   std::vector<OdometryJump> jumps;

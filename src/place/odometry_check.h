@@ -33,6 +33,9 @@ class OdometryCheck {
 
   /// The next frame, at canonical scale. Returns the jump between it and the one before.
   std::optional<OdometryJump> add(const PreprocessedFrame& frame);
+  /// Whether the scans support the step to the last frame: the two have enough in common, and most
+  /// of that in place. Around a corner a camera sees nothing of what it saw before.
+  bool tellsLastStep() const;
 
  private:
   struct State;

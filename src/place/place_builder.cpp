@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/place_builder.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/in_order.h"
@@ -95,6 +96,7 @@ void PlaceBuilder::add(SharedFrame frame) {
   for (const auto& [stage, ms] : frame->timing_ms) valueOf(place_.timing_ms, stage) += ms;
   if (odometry_) {
     if (const auto jump = odometry_->add(*frame)) beginBehind(*jump);
+    if (!odometry_->tellsLastStep()) first_told_ = place_.poses.size();
   }
   takePose(*frame);
   takePoints(frame);
@@ -122,6 +124,7 @@ void PlaceBuilder::beginBehind(const OdometryJump& jump) {
   is_aligned_ = false;
   is_new_recording_ = true;
   travelled_m_ = 0;
+  first_told_ = 0;
 }
 
 std::size_t PlaceBuilder::endRecording() {
@@ -138,7 +141,7 @@ Place PlaceBuilder::finish() {
   place_.bev.alignment = place_.gravity.alignment;
   askBudget("the graph");
   drawGraph();
-  if (odometry_ && place_.poses.size() >= kFewestToDoubt) place_.newest = newestFrame();
+  if (odometry_ && place_.poses.size() >= kFewestToDoubt) place_.newest = newestPart();
   finishPoints();
   if (use_ == PlaceUse::query && place_.poses.empty())
     place_.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
@@ -147,11 +150,14 @@ Place PlaceBuilder::finish() {
   return std::move(place_);
 }
 
-std::shared_ptr<const Place> PlaceBuilder::newestFrame() const {
+/// The last frame, or all behind a step that the scans do not tell.
+std::shared_ptr<const Place> PlaceBuilder::newestPart() const {
   PlaceBuilder alone(place_.labels, given_, PlaceUse::query, 1);
   alone.odometry_.reset();
   alone.setGravity(place_.gravity);
-  alone.add(recent_.back().frame);
+  const std::size_t count = first_told_ == 0 ? 1 : place_.poses.size() - first_told_;
+  for (std::size_t i = recent_.size() - std::min(count, recent_.size()); i < recent_.size(); ++i)
+    alone.add(recent_[i].frame);
   return std::make_shared<const Place>(alone.finish());
 }
 

@@ -59,7 +59,7 @@ std::string placeOf(const fs::path& path) {
   static const std::map<std::string, std::string> kRoomsOfPipelines = {
       {"xview", "tools"},  // the header for programs, which puts all together
       {"options", "base"},        {"cloud_recording", "place"}, {"place_builder", "place"},
-      {"localizer", "localizer"}, {"sequence", "localizer"},    {"tracker", "localizer"},
+      {"localizer", "localizer"}, {"sequence", "localizer"},    {"follower", "localizer"},
       {"mapper", "compare"}};
   fs::path inside = path.lexically_relative(kRoot);
   auto part = inside.begin();

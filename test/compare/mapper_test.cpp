@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "localizer/helper.h"
 #include "localizer/simulated_drive.h"
 #include "map/contents.h"
 #include "support/helpers_in_one_process.h"
 #include "support/test_data.h"
+#include "verdict/verdict.h"
 #include "xview/base/error.h"
 #include "xview/cloud_recording.h"
 #include "xview/localizer.h"
@@ -195,6 +197,21 @@ TEST(Mapper, APackedMapAnswersAsAWholeOne) {
   EXPECT_TRUE(packed.accepted()) << packed.reason;
   EXPECT_EQ(packed.T_map_query.matrix(), whole.T_map_query.matrix());
   EXPECT_EQ(packed.confidence, whole.confidence);
+}
+
+/// Check fix for: what a map remembers of its own stretches was judged by the model that the program
+/// comes with, whatever the options said.
+TEST(Mapper, AMapRemembersItsStretchesWithTheGivenVerdict) {
+  const auto& drive = simulatedDrive();
+  const test::TemporaryFolder folder;
+  verdict::VerdictModel doubting = verdict::defaultVerdictModel();
+  doubting.bare[verdict::kConstant] = -50;
+  Options options;
+  options.verdict.model = folder / "doubting.txt";
+  std::ofstream(options.verdict.model) << verdict::toText(doubting);
+  const map::SemanticMap map = buildMap({drive.sessions.at("forward").get()}, options);
+  ASSERT_FALSE(map.own_stretches.empty());
+  for (const map::OwnStretch& stretch : map.own_stretches) EXPECT_LT(stretch.confidence, 1e-6);
 }
 
 TEST(Mapper, APackedMapGrowsAsAWholeOne) {

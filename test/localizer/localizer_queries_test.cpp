@@ -21,7 +21,7 @@
 #include "xview/io/recording.h"
 #include "xview/localizer.h"
 #include "xview/sequence.h"
-#include "xview/tracker.h"
+#include "localizer/tracker.h"
 
 namespace xview {
 namespace {

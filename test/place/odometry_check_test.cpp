@@ -13,7 +13,7 @@
 #include "xview/localizer.h"
 #include "xview/mapper.h"
 #include "xview/sequence.h"
-#include "xview/tracker.h"
+#include "localizer/tracker.h"
 
 namespace xview {
 namespace {

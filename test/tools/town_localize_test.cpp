@@ -2,12 +2,15 @@
 // What xview localize answers, in every mode.
 #include <filesystem>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "io/image_files.h"
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/label_files.h"
+#include "xview/io/recording.h"
+#include "xview/localizer.h"
 
 namespace xview::test {
 namespace {
@@ -97,6 +100,37 @@ TEST_F(TinyTown, AQueryInOtherClassesIsFoundAndSaysWhatItTookThemFor) {
   const Outcome told =
       succeed({"localize", "--json", "--class-names", file("words.txt"), foreign, map()});
   EXPECT_EQ(told.err.find("gnomon (no counterpart"), std::string::npos) << told.err;
+}
+
+/// Check fix for: the program translated a query into the classes of the map before the localizer
+/// saw it, so that nothing was left out of the map that the query has no class for.
+TEST_F(TinyTown, AQueryInOtherClassesHasTheAnswerOfTheLibrary) {
+  const std::string foreign = file("without_posts");
+  fs::copy(town("rear"), foreign, fs::copy_options::recursive);
+  const LabelSet labels = io::readLabelSet(foreign + "/classes.yaml");
+  std::set<std::uint32_t> posts;
+  std::string classes = "name: without_posts\nclasses:\n";
+  for (const auto& [id, info] : labels.classes()) {
+    if (isPoleLike(info.kind)) posts.insert(id);
+    if (!posts.count(id))
+      classes += "  - {id: " + std::to_string(id) + ", name: \"" + info.name + "\"}\n";
+  }
+  ASSERT_FALSE(posts.empty());
+  writeText(foreign + "/classes.yaml", classes);
+  for (const auto& entry : fs::directory_iterator(foreign + "/label")) {
+    LabelImage image = io::readLabels(entry.path().string());
+    for (std::uint16_t& label : image.pixels) label = posts.count(label) ? 0 : label;
+    io::writeLabelPng(entry.path().string(), image);
+  }
+  const Json told = jsonLines(runXview({"localize", "-q", "--json", foreign, map()}).out).at(0);
+  const Localizer localizer(map::openToLocalize(map()));
+  const Localization fix = localizer.localize(*io::openRecording(foreign));
+  EXPECT_EQ(told["status"], toString(fix.status));
+  EXPECT_NEAR(told["p_wrong"].get<double>(), 1 - fix.confidence, 1e-6);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(told["pose"]["position"][static_cast<std::size_t>(axis)].get<double>(),
+                fix.T_map_sensor.translation()[axis], 1e-3);
+  }
 }
 
 TEST_F(TinyTown, UnknownIdsAreSaidWithTheirShare) {

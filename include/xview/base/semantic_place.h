@@ -43,7 +43,8 @@ struct Place {
   /// Where the odometry of a query jumps, in order. The query begins behind the last jump: nothing
   /// else of it, poses included, is of earlier frames.
   std::vector<OdometryJump> jumps;
-  /// The last frame of a query of several by itself, which its pose must fit as well.
+  /// The last frame of a query of several by itself, or its frames behind a step of the odometry
+  /// that the scans do not tell, which its pose must fit as well.
   std::shared_ptr<const Place> newest;
 
   Sensor sensor = Sensor::cloud;  ///< that saw it last
