@@ -9,6 +9,7 @@
 #include "localizer/simulated_drive.h"
 #include "place/raw_recording.h"
 #include "support/nightly.h"
+#include "support/test_data.h"
 #include "xview/base/error.h"
 #include "xview/io/label_files.h"
 
@@ -93,6 +94,20 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
   }
   EXPECT_GT(asked, test::isNightly() ? 200 : 25);
   EXPECT_GE(accepted, 0.97 * asked) << "a map of five classes tells less:\n" << refused;
+}
+
+/// Check fix for: the vertices of a map that is read late were unpacked after its classes had become
+/// those of shapes, and met none of a raw query.
+TEST(LabelSets, ARawQueryHasOneAnswerHoweverTheMapIsOpened) {
+  const test::TemporaryFolder folder;
+  map::saveMap(folder / "map.xvm", simulatedDrive().map);
+  const Query raw = DriveIn("shapes").query;
+  const Localization late = Localizer(map::openToLocalize(folder / "map.xvm")).localize(raw),
+                     whole = Localizer(map::loadMap(folder / "map.xvm")).localize(raw);
+  EXPECT_GT(whole.matches, 0);
+  EXPECT_EQ(late.matches, whole.matches);
+  EXPECT_EQ(late.T_map_query.matrix(), whole.T_map_query.matrix());
+  EXPECT_EQ(late.confidence, whole.confidence);
 }
 
 TEST(LabelSets, WithoutAnyCommonClassTheAnswerSaysSo) {
