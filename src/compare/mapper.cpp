@@ -20,6 +20,7 @@
 #include "localizer/query_in_map.h"
 #include "map/contents.h"
 #include "place/bev_grid.h"
+#include "place/gravity.h"
 #include "place/lift.h"
 #include "place/measure_size.h"
 #include "place/merge.h"
