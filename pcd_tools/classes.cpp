@@ -8,6 +8,7 @@
 #include <map>
 
 #include "xview/io/label_files.h"
+#include "xview/place_builder.h"
 
 namespace xview::tools {
 namespace {
@@ -105,13 +106,14 @@ void tellHowClassesMeet(const std::string& path, const Place& place,
 
 std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,
                                             const io::InputOptions& options) {
-  if (!options.map_labels) return source;
+  if (!options.map_labels || knowsShapesOnly(source->labels())) return source;
   LabelMatch match(source->labels(), *options.map_labels, options.class_names);
   if (match.changesNothing() || match.isHopeless()) return source;
   return std::make_unique<TranslatedRecording>(std::move(source), std::move(match));
 }
 
 Place inClassesOfMap(Place place, const io::InputOptions& options) {
+  if (knowsShapesOnly(place.labels)) return place;
   const LabelMatch match(place.labels, *options.map_labels, options.class_names);
   if (match.changesNothing() || match.isHopeless()) return place;
   return translated(std::move(place), match);

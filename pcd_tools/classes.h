@@ -21,7 +21,8 @@ void tellHowClassesMeet(const std::string& path, const Place& place,
                         const io::InputOptions& options, const Narrative& narrate);
 
 /// What is added to a map: the recording in the classes of options.map_labels, if they are given
-/// and any class of it can be found there. A Localizer takes queries in their own classes.
+/// and any class of it can be found there. Classes of shapes stay, which meet those of a map by
+/// kind. A Localizer takes queries in their own classes.
 std::unique_ptr<FrameSource> inClassesOfMap(std::unique_ptr<FrameSource> source,
                                             const io::InputOptions& options);
 /// The same for what is in memory.

@@ -131,9 +131,7 @@ std::unique_ptr<FrameSource> openInOwnClasses(const std::string& path,
 
 std::unique_ptr<FrameSource> openPlaceInput(const std::string& path,
                                             const io::InputOptions& options, const Job& job) {
-  std::unique_ptr<FrameSource> source = openInOwnClasses(path, options, job);
-  if (source->labels().name() == kShapes) return source;
-  return inClassesOfMap(std::move(source), options);
+  return inClassesOfMap(openInOwnClasses(path, options, job), options);
 }
 
 io::InputOptions inputIn(const InputFlags& input, const LabelSet& map_labels) {

@@ -519,6 +519,17 @@ TEST_F(TinyTown, DiffComparesAVisitWithTheMap) {
   EXPECT_NE(readText(file("changes.html")).find("seen by both"), std::string::npos);
 }
 
+/// Check fix for: what was seen without labels was translated into classes of the map, which the map
+/// no longer had (diff) or which are others in it (fuse).
+TEST_F(TinyTown, AVisitWithoutLabelsMeetsAMapWithLabelsByKind) {
+  succeed({"diff", "-q", "--labels", "shapes", map(), town("rear"), "-o", file("raw.csv")});
+  for (const char* indoors : {"ceiling", "table"})
+    EXPECT_EQ(readText(file("raw.csv")).find(indoors), std::string::npos);
+  const std::string grown = file("grown_by_raw.xvm");
+  fs::copy_file(map(), grown);
+  succeed({"fuse", "-q", "--labels", "shapes", town("rear"), grown});
+}
+
 TEST_F(TinyTown, DiffRefusesWhatItCannotCompare) {
   writeText(file("changes.csv"), "of an earlier visit");
   const Outcome elsewhere =
