@@ -169,8 +169,8 @@ void printMap(Sheet& sheet, const std::string& path) {
   map::SemanticMap map = map::openToLocalize(path);
   const std::size_t samples =
       map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount();
-  sheet.row("version", fmt::format("schema {}, written by {}", map::schemaVersionOf(path),
-                                   map.program_version));
+  sheet.row("version",
+            fmt::format("schema {}, written by {}", map::kMapSchemaVersion, map.program_version));
   sheet.row("size", sizeText(map.size));
   sheet.row("holds",
             fmt::format("{} key frames, {} points, {} plan samples", map.poses.size(),

@@ -81,7 +81,7 @@ struct FoundWindows : FoundFrames {
 FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way_m,
                          const Localizer& localizer, const Job& job) {
   std::optional<Sequence> sequence;
-  if (job.options.method != "walks") sequence.emplace(localizer, job.options);
+  if (localizer.scoresPoses()) sequence.emplace(localizer, job.options);
   FoundWindows found;
   found.is_found.resize(input.size());
   const std::vector<Window> windows = windowsOf(way_m, kWindow_m * localizer.size());

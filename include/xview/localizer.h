@@ -22,6 +22,8 @@ struct Evidence;
 struct Verdict;
 }  // namespace verdict
 
+struct PlaceIndex;
+
 /// Evidence of a piece of the query about the best hypothesis.
 enum class Support {
   kept,           ///< speaks for it
@@ -124,6 +126,8 @@ class Localizer {
   /// gets those of shapes. Throws Error as query().
   PreprocessedFrame preprocess(const Frame& frame, const LabelSet& labels = {}) const;
 
+  /// Whether any pose of a query can be scored, as check() and Sequence ask: not with method walks.
+  bool scoresPoses() const;
   /// For each given pose the best one around it, at most `reach_m` away at the last sensor, and
   /// what speaks for it; the given one itself if the best one is farther. UsageError with method
   /// walks, which cannot say, and if the reach is no number.
@@ -142,12 +146,11 @@ class Localizer {
   Explanation explain(const Query& query, const Localization& answer) const;
 
  private:
-  struct Index;
   struct CoarseIndices;
   struct CanonicalMap;
   Localizer(CanonicalMap map, const Options& options, const ClassNames& names);
   const map::SemanticMap& map() const;  ///< UsageError if it was moved from
-  const Index& indexFor(const Query& query) const;
+  const PlaceIndex& indexFor(const Query& query) const;
   Localization localizeNear(const Query& query, const std::optional<ExpectedPose>& expected) const;
   void requireSupport(const Query& query, Localization& answer) const;
 
@@ -155,7 +158,7 @@ class Localizer {
   Options options_;  ///< in metres
   ClassNames names_;
   std::shared_ptr<const map::SemanticMap> map_;  ///< at canonical scale, as in the index
-  std::unique_ptr<const Index> index_;
+  std::unique_ptr<const PlaceIndex> index_;
   std::unique_ptr<CoarseIndices> coarse_;  ///< made when the first query comes that needs them
 };
 

@@ -2,7 +2,9 @@
 #include "xview/base/bev_grid.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "base/channel_moves.h"
 #include "base/stored_view.h"
 
 namespace xview {
@@ -47,6 +49,16 @@ std::size_t BevGrid::sampleCount() const {
   std::size_t total = 0;
   for (const auto& channel : samples) total += channel.size();
   return total;
+}
+
+void moveSamples(const ChannelMoves& moves, BevGrid& bev) {
+  for (const auto& [from, targets] : moves) {
+    const std::vector<BevSample> samples = std::exchange(bev[from], {});
+    for (const BevChannel to : targets) {
+      bev[to].insert(bev[to].end(), samples.begin(), samples.end());
+      std::sort(bev[to].begin(), bev[to].end(), InRowOrder());
+    }
+  }
 }
 
 void addColumns(const Eigen::AlignedBox2d& box, CellIndex& columns) {

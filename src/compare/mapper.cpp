@@ -98,7 +98,7 @@ void merge(const map::SemanticMap& given, std::uint32_t first_source, const Opti
 
 /// Of a map that grows it is what it was.
 void noteNoise(map::SemanticMap& map, const Options& in_metres) {
-  if (map.cloud.empty() || map.packed) return;
+  if (map.cloud.empty() || map.stored_points) return;
   map.noise = pose::measureNoise(*Scaled<LabelledCloud>(map.cloud, 1 / map.size), map.labels,
                                  optionsOfSearch(in_metres, map.size, map.labels).refine);
 }
@@ -354,7 +354,7 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
 }
 
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Options& in_metres) {
-  if (given.packed) {
+  if (given.stored_points) {
     map::SemanticMap whole = given;
     map::unpackPoints(whole);
     return appendToMap(map, whole, in_metres);

@@ -82,7 +82,7 @@ struct Follower::State {
   const Localizer& localizer_;
   const Options& options_;
   int window_, stride_;
-  std::optional<Sequence> sequence_;  ///< while it is searched for, but with method walks
+  std::optional<Sequence> sequence_;  ///< while it is searched for, if poses have scores
   std::optional<Tracker> tracker_;    ///< while it is found
   std::optional<Fix> fix_;            ///< while it is found
   LabelSet labels_;
@@ -169,7 +169,7 @@ FollowAnswer Follower::State::add(Frame frame, const LabelSet& given, bool has_o
 /// Of several frames most may still be those of before it was carried away, so the newest is asked
 /// by itself.
 bool Follower::State::newestFits() const {
-  if (!fix_ || window_ == 1 || options_.method == "walks") return true;
+  if (!fix_ || window_ == 1 || !localizer_.scoresPoses()) return true;
   const PreprocessedFrame& newest = frames_.back();
   const PlaceEvidence seen =
       localizer_
@@ -243,7 +243,7 @@ FollowAnswer Follower::State::judge(const Query& query) {
 
 FollowAnswer Follower::State::searched(const Query& query) {
   Localization fix;
-  if (options_.method == "walks") {
+  if (!localizer_.scoresPoses()) {
     fix = localizer_.localize(query);
   } else {
     if (!sequence_) sequence_.emplace(localizer_, options_);

@@ -27,19 +27,9 @@
 namespace xview {
 namespace {
 
-constexpr int kWalkPlaces = 3;              ///< poses that walks may propose in the whole map
-constexpr double kFreeSigma_rad = 0.3;      ///< error of an up that only a pose tells
-constexpr std::size_t kMostRegistered = 5;  ///< places whose points are registered
-constexpr std::size_t kVerified = 2;   ///< places whose correspondences are looked at, at least
+constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
+constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at, at least
 constexpr double kPartnerReach_m = 5;  ///< from a vertex to its partner under a hypothesis, at most
-/// With method walks: log-likelihood ratio of a vertex that agrees, and the number of vertices that
-/// agree with a wrong pose: a row of houses fits another row, so they come in clusters and grow
-/// with the query.
-constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
-                 kMostWrongInliers = 12;
-constexpr double kWellShown = 0.5;  ///< map overlap from which no other place is asked for its own
-constexpr std::size_t kMostAsked = 15;    ///< places that are asked for it
-constexpr double kWorthAsking = 0.4;      ///< score of such a place, over the best one
 constexpr double kOutOfMapOverlap = 0.1;  ///< map overlap of an out-of-map query, at most
 constexpr double kExact_m = 0.05;         ///< depth error below which rays tell free space
 constexpr double kOnePlace_m =
@@ -47,22 +37,7 @@ constexpr double kOnePlace_m =
 constexpr double kSureOfPrior =
     0.9999;  ///< confidence from which the outside of a prior is not searched
 
-std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
-  std::vector<Eigen::Vector3d> path;
-  for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
-  return path;
-}
-
 double travelOf(const Query& query) { return pathLengths(query.poses).back(); }
-
-/// Places that score about as well as the best one.
-std::size_t countClose(const std::vector<search::PlaceHypothesis>& places) {
-  std::size_t count = 0;
-  while (count < std::min(kMostRegistered, places.size()) &&
-         places[count].score() >= verdict::kAboutAsWell * places[0].score())
-    ++count;
-  return count;
-}
 
 /// Vertex pairs of a place. Bare graphs pair their vertices by all that is around, which is closer
 /// than what walks keep.
@@ -102,7 +77,8 @@ void tellJump(const OdometryJump& jump, std::size_t frames, Localization& answer
 
 }  // namespace
 
-Localizer::Index::Index(const map::SemanticMap& given, const Options& all_options)
+PlaceIndex::PlaceIndex(const map::SemanticMap& given, const Options& all_options,
+                       const Method& method_of_options)
     : options(all_options),
       gravity(gravityOf(given, options.gravity)),
       turned(gravityAlignedMap(given, gravity.alignment)),
@@ -112,15 +88,13 @@ Localizer::Index::Index(const map::SemanticMap& given, const Options& all_option
       prior(parsePrior(options.prior)),
       scales(parseScale("scale", options.scale)),
       walks(map.graph, map.stored_vertices.get(), map.labels, options),
-      refinement(map, options) {
-  if (options.method == "walks" || !map::hasView(map)) return;
-  surfaces =
-      search::makeSurfaceField(map::searchedView(map), trajectoryOf(map), surroundingsOf(map.size),
-                               map.null, options.places, options.threads);
-}
+      refinement(map, options),
+      method(method_of_options),
+      fields(map, options, method.scores_poses),
+      proposer(method.make({map, fields, walks, options})) {}
 
-Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,
-                                  const ExpectedPose* expected) const {
+Priors PlaceIndex::priorsOf(const Query& given, const Query& upright,
+                            const ExpectedPose* expected) const {
   Priors priors{prior};
   if (expected) {
     const Eigen::Isometry3d T = toAligned(given, expected->T_map_query);
@@ -129,16 +103,8 @@ Priors Localizer::Index::priorsOf(const Query& given, const Query& upright,
   return priors;
 }
 
-const search::Field& Localizer::Index::fieldFor(const Query& query) const {
-  if (isView(query)) return *surfaces;
-  std::call_once(objects_made, [&] {
-    objects = search::makeObjectField(map::allVertices(map), map.labels, options.places);
-  });
-  return *objects;
-}
-
 /// The way of a query, in the frames of the caller.
-Localization Localizer::Index::localize(const Query& given, const ExpectedPose* expected) const {
+Localization PlaceIndex::localize(const Query& given, const ExpectedPose* expected) const {
   Stopwatch watch;
   if (const auto reason = whyUnfindable(given, map)) return unfindable(given, *reason);
   const std::optional<Query> centred =
@@ -162,15 +128,15 @@ Localization Localizer::Index::localize(const Query& given, const ExpectedPose* 
 }
 
 /// Where may it be, which vertices correspond there, what is its pose, and is it to be believed?
-Localization Localizer::Index::inAlignedFrames(const Query& given, const ExpectedPose* expected,
-                                               FrameHypothesis& frame) const {
+Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose* expected,
+                                         FrameHypothesis& frame) const {
   Localization answer;
   double second_best_score = 0;
   frame = chooseFrame(given, expected, second_best_score, answer.timing_ms);
   const AlignedQuery query(given, frame);
   const Priors priors = priorsOf(given, *query, expected);
 
-  Candidates found = findPlaces(*query, priors, answer.timing_ms);
+  Candidates found = proposer->propose(*query, priors, answer.timing_ms);
   found.second_best_score = std::max(found.second_best_score, second_best_score);
   matchVertices(*query, found, answer.timing_ms);
   RegisteredPlaces registered = registerPlaces(*query, found, answer);
@@ -199,83 +165,9 @@ Localization Localizer::Index::inAlignedFrames(const Query& given, const Expecte
   return answer;
 }
 
-Candidates Localizer::Index::findPlaces(const Query& query, const Priors& priors,
-                                        Timings& timing_ms) const {
-  if (options.method == "walks") return placesByWalks(query, priors, timing_ms);
-  askBudget("the search");
-  Stopwatch watch;
-  Candidates found;
-  found.in_field = fieldFor(query).prepare(observationOf(query));
-  search::SearchResult result =
-      search::search(*found.in_field, ofQueryFrame(priors, query), options.places, options.threads);
-  found.places = std::move(result.places);
-  found.second_best_score = result.outside;
-  found.to_register = countClose(found.places);
-  askOtherWay(query, found);
-  timing_ms.emplace_back("matching", watch.lap_ms());
-  return found;
-}
-
-/// A score counts what a query shows of the map, not what it does not show of it: a wrong place of
-/// which much is known may have a larger one than the right place of which little is. If the query
-/// does not show what stands at the best place, the place that it shows best is registered as well.
-void Localizer::Index::askOtherWay(const Query& query, Candidates& found) const {
-  if (!isView(query) || found.places.empty()) return;
-  const auto fitOf = [&](const search::PlaceHypothesis& place) {
-    PlaceEvidence evidence = evidenceOf(place);
-    static_cast<Visibility&>(evidence.dense) = found.in_field->visibility(place.T_map_query);
-    return std::make_pair(evidence.dense.map_overlap,
-                          verdict::denseScore(evidence, evidence.dense));
-  };
-  const auto [shown, fit_of_best] = fitOf(found.places[0]);
-  if (!shown || *shown >= kWellShown) return;
-  double most = fit_of_best;
-  std::size_t likeliest = 0;
-  for (std::size_t i = found.to_register; i < std::min(kMostAsked, found.places.size()); ++i) {
-    if (found.places[i].score() < kWorthAsking * found.places[0].score()) break;
-    const double fit = fitOf(found.places[i]).second;
-    if (fit <= most) continue;
-    most = fit;
-    likeliest = i;
-  }
-  if (likeliest == 0) return;
-  found.places[likeliest] = found.in_field->verify(found.places[likeliest].T_map_query);
-  std::rotate(found.places.begin() + found.to_register, found.places.begin() + likeliest,
-              found.places.begin() + likeliest + 1);
-  ++found.to_register;
-}
-
-/// The paper: the whole map is the one place in which partners are looked for, and poses are as
-/// good as many vertices agree with them.
-Candidates Localizer::Index::placesByWalks(const Query& query, const Priors& priors,
-                                           Timings& timing_ms) const {
-  Candidates found;
-  const match::WalkGraph walk_query = walks.queryGraph(query.graph);
-  match::WalkMatches matches =
-      walks.matchEverywhere(walk_query, kWalkPlaces, query.gravity.known, timing_ms);
-  found.second_best_score =
-      kNatsOfInlier *
-      std::min(kMostWrongInliers,
-               kWrongInliers + kWrongInlierShare * static_cast<double>(walk_query.graph.size()));
-  for (match::MatchedPose& pose : matches.poses) {
-    if (!satisfies(priors, query, pose.T_map_query)) continue;
-    search::PlaceHypothesis place;
-    place.T_map_query = pose.T_map_query;
-    place.centre.score = kNatsOfInlier * static_cast<double>(pose.kept.size());
-    place.matched = static_cast<int>(pose.kept.size());
-    place.map_coverage = 1;
-    place.pairs = pose.kept;
-    found.places.push_back(std::move(place));
-    if (found.matches.empty()) found.matches.push_back({matches.putative, {std::move(pose)}});
-  }
-  found.to_register = countClose(found.places);
-  return found;
-}
-
 /// X-View's chain at the best few places, not only at the first.
-void Localizer::Index::matchVertices(const Query& query, Candidates& found,
-                                     Timings& timing_ms) const {
-  if (options.method != "auto") return;
+void PlaceIndex::matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const {
+  if (!method.matches_vertices) return;
   const std::size_t count = std::min(std::max(kVerified, found.to_register), found.places.size());
   std::vector<Eigen::Isometry3d> poses;
   for (std::size_t i = 0; i < count; ++i) poses.push_back(found.places[i].T_map_query);
@@ -285,16 +177,16 @@ void Localizer::Index::matchVertices(const Query& query, Candidates& found,
 
 /// Levels the query on the ground of the map if that is needed, and registers it at the best place
 /// and at those that score about as well.
-RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Candidates& found,
-                                                  Localization& answer) const {
+RegisteredPlaces PlaceIndex::registerPlaces(const Query& query, const Candidates& found,
+                                            Localization& answer) const {
   RegisteredPlaces registered;
   if (found.places.empty()) return registered;
-  const search::FieldQuery* in_field = isView(query) ? found.in_field.get() : nullptr;
+  const search::FieldQuery* in_field = fields.isView(query) ? found.in_field.get() : nullptr;
   double up_sigma_rad =
       upIsKnown(query) ? std::hypot(gravity.sigma_rad, query.gravity.sigma_rad) : kFreeSigma_rad;
   answer.gravity = upIsKnown(query) ? GravityUse::aligned : GravityUse::free;
-  const auto level = in_field ? levelOnMap(*surfaces, *in_field, query, found.places[0].T_map_query,
-                                           up_sigma_rad, options)
+  const auto level = in_field ? levelOnMap(*fields.surfaces(), *in_field, query,
+                                           found.places[0].T_map_query, up_sigma_rad, options)
                               : nullptr;
   if (level) {
     registered.turn = level->turn;
@@ -332,9 +224,8 @@ RegisteredPlaces Localizer::Index::registerPlaces(const Query& query, const Cand
 /// Overlaps of query and map at a place (`seen` in the field) and the free-space violation there.
 /// Where the field does not tell, the inlier ratio is a share of `self_consistency`, that of the
 /// query with itself, which is measured at the first call.
-void Localizer::Index::setVisibility(const Query& query, const Query& levelled, Visibility seen,
-                                     std::optional<double>& self_consistency,
-                                     RefinedPose& place) const {
+void PlaceIndex::setVisibility(const Query& query, const Query& levelled, Visibility seen,
+                               std::optional<double>& self_consistency, RefinedPose& place) const {
   DenseEvidence& dense = place.dense;
   // What a query does not show may be what its shapes do not tell.
   if (seen.map_overlap && shapes_only) {
@@ -362,9 +253,8 @@ void Localizer::Index::setVisibility(const Query& query, const Query& levelled, 
 
 /// Takes an acceptance back if a place that the prior forbids explains the query far better: then
 /// the prior is wrong. Only acceptances that are not clear by far are looked at.
-void Localizer::Index::refuteFromOutside(const search::FieldQuery& in_field,
-                                         const verdict::Evidence& inside,
-                                         Localization& answer) const {
+void PlaceIndex::refuteFromOutside(const search::FieldQuery& in_field,
+                                   const verdict::Evidence& inside, Localization& answer) const {
   if (!answer.accepted() || answer.confidence >= kSureOfPrior) return;
   Stopwatch watch;
   const search::SearchResult anywhere =
@@ -406,7 +296,7 @@ ExpectedPose scaledPose(double factor, const ExpectedPose& pose) {
 struct Localizer::CoarseIndices {
   struct Coarse {
     map::SemanticMap map;
-    std::unique_ptr<const Index> index;
+    std::unique_ptr<const PlaceIndex> index;
   };
   std::mutex mutex;
   std::map<CommonDetail, Coarse> made;
@@ -452,7 +342,8 @@ Localizer::Localizer(CanonicalMap map, const Options& options, const ClassNames&
       options_(options),
       names_(names),
       map_(std::move(map.map)),
-      index_(std::make_unique<Index>(*map_, optionsOfSearch(options, size_, map_->labels))),
+      index_(std::make_unique<PlaceIndex>(*map_, optionsOfSearch(options, size_, map_->labels),
+                                          methodOf(options))),
       coarse_(std::make_unique<CoarseIndices>()) {
   options_.size = sizeText(size_);
 }
@@ -466,28 +357,22 @@ const map::SemanticMap& Localizer::map() const {
   return *map_;
 }
 
-const Localizer::Index& Localizer::indexFor(const Query& query) const {
+const PlaceIndex& Localizer::indexFor(const Query& query) const {
   const CommonDetail detail = commonDetail(query.labels, map().labels);
   if (detail.isAll()) return *index_;
   const std::lock_guard<std::mutex> lock(coarse_->mutex);
   CoarseIndices::Coarse& coarse = coarse_->made[detail];
   if (!coarse.index) {
-    coarse.map = *map_;
-    if (detail.shapes) {
-      map::unpackPoints(coarse.map);
-      map::unpackVertices(coarse.map);
-      coarse.map.noise.reset();
-      reduceToShapes(query.labels, coarse.map);
-    }
-    map::unpackView(coarse.map);
-    reduceTo(detail, coarse.map.bev);
+    coarse.map = map::reduced(*map_, reductionTo(detail, query.labels, map_->labels));
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())
       options.places.likelihoods = search::kShapesInLabels;
-    coarse.index = std::make_unique<Index>(coarse.map, options);
+    coarse.index = std::make_unique<PlaceIndex>(coarse.map, options, index_->method);
   }
   return *coarse.index;
 }
+
+bool Localizer::scoresPoses() const { return methodOf(options_).scores_poses; }
 
 Localization Localizer::localize(const Query& query) const { return localizeNear(query, {}); }
 
@@ -500,7 +385,7 @@ Localization Localizer::localizeNear(const Query& query,
                                      const std::optional<ExpectedPose>& expected) const {
   return withinBudget([&] {
     askBudget("the index");
-    const Index& index = indexFor(query);
+    const PlaceIndex& index = indexFor(query);
     std::optional<ExpectedPose> canonical;
     if (expected) canonical = scaledPose(1 / size_, *expected);
     Localization answer = inMetres(index.localize(*QueryInMap(query, map().labels, size_, names_),
@@ -519,7 +404,7 @@ Localization Localizer::localizeNear(const Query& query,
 void Localizer::requireSupport(const Query& query, Localization& answer) const {
   constexpr double kReach_m = 1.5, kLeastShare = 0.5;
   constexpr double kAround_m = 40, kAround_rad = M_PI, kElsewhere_m = 2;
-  if (!query.newest || options_.method == "walks" || answer.scale != 1) return;
+  if (!query.newest || !scoresPoses() || answer.scale != 1) return;
   const Query& newest = *query.newest;
   const PlaceEvidence here = check(newest, {answer.T_map_query}, kReach_m * size_)[0].evidence;
   if (here.score >= kLeastShare * here.expected) return;
@@ -535,12 +420,6 @@ void Localizer::requireSupport(const Query& query, Localization& answer) const {
                               "it, but {:.1f} m from there: the odometry slipped",
                               off_m),
                   answer);
-}
-
-PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
-  return {place.score(),      place.expected,
-          place.map_coverage, {place.obstacles.score, place.obstacles.expected},
-          place.of_surfaces,  {}};
 }
 
 void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered) {
@@ -626,7 +505,7 @@ void report(const Candidates& found, std::size_t count, Localization& answer) {
     answer.hypotheses.push_back(
         {place.T_map_query, place.score(),
          matched ? static_cast<int>(found.matches[i].poses[0].kept.size()) : place.matched,
-         found.in_field ? Proposer::search : Proposer::walks});
+         found.by});
   }
   if (found.places.empty()) return;
   answer.kept = pairsAt(0, found);

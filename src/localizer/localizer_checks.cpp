@@ -14,10 +14,10 @@
 
 namespace xview {
 
-std::vector<PoseCheck> Localizer::Index::check(const Query& given,
-                                               const std::vector<Eigen::Isometry3d>& poses,
-                                               double reach_m) const {
-  if (options.method == "walks")
+std::vector<PoseCheck> PlaceIndex::check(const Query& given,
+                                         const std::vector<Eigen::Isometry3d>& poses,
+                                         double reach_m) const {
+  if (!method.scores_poses)
     throw UsageError("method = walks cannot say what speaks for a given pose");
   std::vector<PoseCheck> checked;
   std::unique_ptr<const AlignedQuery> query;
@@ -27,7 +27,7 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
     const Eigen::Quaterniond R_up = alignmentOf(given, T_given);
     if (!query || !upIsKnown(given)) {  // a query of unknown up has another one for each pose
       query = std::make_unique<AlignedQuery>(given, FrameHypothesis{R_up, 1});
-      in_field = fieldFor(**query).prepare(observationOf(**query));
+      in_field = fields.prepare(**query);
     }
     const Eigen::Isometry3d T = toAligned(given, T_given);
     const Eigen::Vector3d sensor = (*query)->poses.back().translation();
@@ -43,11 +43,11 @@ std::vector<PoseCheck> Localizer::Index::check(const Query& given,
 }
 
 /// Pose, covariance and correspondences for a place that was found otherwise.
-Localization Localizer::Index::describe(const Query& given, const PoseCheck& place) const {
+Localization PlaceIndex::describe(const Query& given, const PoseCheck& place) const {
   FrameHypothesis frame{alignmentOf(given, place.T_map_query), 1};
   const AlignedQuery query(given, frame);
   Candidates found;
-  found.in_field = fieldFor(*query).prepare(observationOf(*query));
+  found.in_field = fields.prepare(*query);
   found.places.push_back(found.in_field->describe(toAligned(given, place.T_map_query)));
   Localization answer;
   matchVertices(*query, found, answer.timing_ms);
@@ -62,13 +62,13 @@ Localization Localizer::Index::describe(const Query& given, const PoseCheck& pla
   return answer;
 }
 
-Explanation Localizer::Index::explain(const Query& given, const Localization& answer) const {
+Explanation PlaceIndex::explain(const Query& given, const Localization& answer) const {
   const AlignedQuery scaled(given, {Eigen::Quaterniond::Identity(), answer.scale});
   const AlignedQuery query(*scaled, {alignmentOf(*scaled, answer.T_map_query), 1});
   const Eigen::Isometry3d T = toAligned(*scaled, answer.T_map_query);
   Explanation explanation;
-  if (isView(*query)) {
-    const auto in_field = fieldFor(*query).prepare(observationOf(*query));
+  if (fields.isView(*query)) {
+    const auto in_field = fields.prepare(*query);
     explainSamples(map::viewOf(map), *query, *in_field, T, explanation);
   }
   explainVertices(map, *query, answer.kept, T, explanation);
@@ -80,7 +80,7 @@ std::vector<PoseCheck> Localizer::check(const Query& query,
                                         const std::vector<Eigen::Isometry3d>& T_map_query,
                                         double reach_m) const {
   if (std::isnan(reach_m)) throw UsageError("reach_m is no number");
-  const Index& index = indexFor(query);
+  const PlaceIndex& index = indexFor(query);
   std::vector<Eigen::Isometry3d> poses;
   for (const Eigen::Isometry3d& T : T_map_query) {
     requireNear("T_map_query", T, size_);
@@ -108,7 +108,7 @@ bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given
 
 Localization Localizer::describe(const Query& query, const PoseCheck& place) const {
   requireNear("T_map_query", place.T_map_query, size_);
-  const Index& index = indexFor(query);
+  const PlaceIndex& index = indexFor(query);
   const PoseCheck canonical{scaled(1 / size_, place.T_map_query), place.evidence};
   return inMetres(index.describe(*QueryInMap(query, map().labels, size_, names_), canonical),
                   size_);
@@ -116,7 +116,7 @@ Localization Localizer::describe(const Query& query, const PoseCheck& place) con
 
 Explanation Localizer::explain(const Query& query, const Localization& answer) const {
   if (answer.hypotheses.empty()) return {};
-  const Index& index = indexFor(query);
+  const PlaceIndex& index = indexFor(query);
   requireNear("T_map_query", answer.T_map_query, size_);
   requireAnswerTo(query, map(), answer);
   Localization canonical = answer;

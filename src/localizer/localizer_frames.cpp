@@ -30,23 +30,23 @@ bool isOtherPlace(const Query& query, const TriedFrame& a, const TriedFrame& b) 
 
 }  // namespace
 
-Eigen::Quaterniond Localizer::Index::alignmentOf(const Query& query,
-                                                 const Eigen::Isometry3d& T_map_query) const {
+Eigen::Quaterniond PlaceIndex::alignmentOf(const Query& query,
+                                           const Eigen::Isometry3d& T_map_query) const {
   if (upIsKnown(query)) return query.gravity.alignment;
   return alignmentFromUp(T_map_query.linear().transpose() *
                          (gravity.alignment.conjugate() * Eigen::Vector3d::UnitZ()));
 }
 
-Eigen::Isometry3d Localizer::Index::toAligned(const Query& query,
-                                              const Eigen::Isometry3d& T_map_query) const {
+Eigen::Isometry3d PlaceIndex::toAligned(const Query& query,
+                                        const Eigen::Isometry3d& T_map_query) const {
   const Eigen::Quaterniond R_up = alignmentOf(query, T_map_query);
   return alignedAbout(R_up * query.poses.back().translation(),
                       gravity.alignment * T_map_query * R_up.conjugate());
 }
 
 /// Which way up and how long a metre is: what is known, or what finds the best place.
-FrameHypothesis Localizer::Index::chooseFrame(const Query& query, const ExpectedPose* expected,
-                                              double& second_best_score, Timings& timing_ms) const {
+FrameHypothesis PlaceIndex::chooseFrame(const Query& query, const ExpectedPose* expected,
+                                        double& second_best_score, Timings& timing_ms) const {
   const std::vector<FrameHypothesis> guesses = frameHypotheses(query, expected, timing_ms);
   if (guesses.size() == 1) return guesses[0];
   Stopwatch watch;
@@ -69,9 +69,9 @@ FrameHypothesis Localizer::Index::chooseFrame(const Query& query, const Expected
 
 /// All that may be. Poses with six degrees of freedom from walks and the maximum clique, and the
 /// two sides of the layer that the vertices form, say where an unknown up may be.
-std::vector<FrameHypothesis> Localizer::Index::frameHypotheses(const Query& query,
-                                                               const ExpectedPose* expected,
-                                                               Timings& timing_ms) const {
+std::vector<FrameHypothesis> PlaceIndex::frameHypotheses(const Query& query,
+                                                         const ExpectedPose* expected,
+                                                         Timings& timing_ms) const {
   std::vector<Eigen::Vector3d> ups;
   const auto add = [&](const Eigen::Vector3d& up) {
     const auto same = [&](const Eigen::Vector3d& u) {
@@ -81,7 +81,7 @@ std::vector<FrameHypothesis> Localizer::Index::frameHypotheses(const Query& quer
   };
   if (expected) {
     add(alignmentOf(query, expected->T_map_query).conjugate() * Eigen::Vector3d::UnitZ());
-  } else if (upIsKnown(query) || options.method == "walks") {
+  } else if (upIsKnown(query) || !method.scores_poses) {
     add(query.gravity.alignment.conjugate() * Eigen::Vector3d::UnitZ());
   } else {
     const Eigen::Vector3d normal = layerNormal(query.graph);
@@ -95,13 +95,13 @@ std::vector<FrameHypothesis> Localizer::Index::frameHypotheses(const Query& quer
       add(pose.T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ());
     if (ups.empty()) add(Eigen::Vector3d::UnitZ());
   }
-  if (scales && options.method == "walks")
+  if (scales && !method.scores_poses)
     throw UsageError("scale = " + options.scale +
                      " needs the place search; method = walks has none");
   std::vector<FrameHypothesis> guesses;
   for (const double scale : scales ? scalesIn(*scales) : std::vector<double>{1}) {
     for (const Eigen::Vector3d& up : ups) {
-      const bool given = upIsKnown(query) || options.method == "walks";
+      const bool given = upIsKnown(query) || !method.scores_poses;
       guesses.push_back({given ? query.gravity.alignment : alignmentFromUp(up), scale});
     }
   }
@@ -109,12 +109,12 @@ std::vector<FrameHypothesis> Localizer::Index::frameHypotheses(const Query& quer
 }
 
 /// The best place of a search with one guess.
-TriedFrame Localizer::Index::tried(const Query& given, const FrameHypothesis& guess,
-                                   const ExpectedPose* expected) const {
+TriedFrame PlaceIndex::tried(const Query& given, const FrameHypothesis& guess,
+                             const ExpectedPose* expected) const {
   TriedFrame frame{guess, Eigen::Isometry3d::Identity(), 0};
   const AlignedQuery query(given, guess);
   Timings unused;
-  const Candidates found = findPlaces(*query, priorsOf(given, *query, expected), unused);
+  const Candidates found = proposer->propose(*query, priorsOf(given, *query, expected), unused);
   if (found.places.empty()) return frame;
   frame.T_map_query = found.places[0].T_map_query;
   frame.score = found.places[0].score();
@@ -122,7 +122,7 @@ TriedFrame Localizer::Index::tried(const Query& given, const FrameHypothesis& gu
 }
 
 /// To the best scale and pose around, by turns.
-void Localizer::Index::refineScale(const Query& given, TriedFrame& best) const {
+void PlaceIndex::refineScale(const Query& given, TriedFrame& best) const {
   if (best.score <= 0) return;
   const Eigen::Vector3d middle = best.guess.R_up * middleOf(given);
   for (double step = kScaleStep / 3; step > 0.002; step /= 2) {
@@ -136,7 +136,7 @@ void Localizer::Index::refineScale(const Query& given, TriedFrame& best) const {
         next.T_map_query.translation() +=
             next.T_map_query.linear() * ((best.guess.scale - next.guess.scale) * middle);
         const AlignedQuery query(given, next.guess);
-        const auto in_field = fieldFor(*query).prepare(observationOf(*query));
+        const auto in_field = fields.prepare(*query);
         const search::PlaceHypothesis place = in_field->verify(next.T_map_query);
         if (place.score() <= best.score) continue;
         next.T_map_query = place.T_map_query;
@@ -150,8 +150,8 @@ void Localizer::Index::refineScale(const Query& given, TriedFrame& best) const {
 }
 
 /// Hypotheses, pose and covariance in the frames of map and query, and what was assumed about up.
-void Localizer::Index::leaveAlignedFrames(const Query& query, const FrameHypothesis& frame,
-                                          Localization& answer) const {
+void PlaceIndex::leaveAlignedFrames(const Query& query, const FrameHypothesis& frame,
+                                    Localization& answer) const {
   const bool was_turned = gravity.turned() || query.gravity.turned();
   if (answer.gravity == GravityUse::aligned && was_turned) answer.gravity = GravityUse::levelled;
   answer.gravity_reason =

@@ -2,31 +2,20 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "localizer/pose_refinement.h"
+#include "localizer/proposer.h"
 #include "localizer/query_check.h"
 #include "localizer/query_in_map.h"
-#include "match/walk_matching.h"
 #include "place/gravity.h"
-#include "search/search.h"
 #include "xview/localizer.h"
 
 namespace xview {
 
 // What the steps of a localization share: localizer.cpp is the way of a query, localizer_frames.cpp
 // which way is up and how long a metre is, localizer_checks.cpp what is asked of given poses.
-
-/// The places where a query may be, in upright frames and metres of the map.
-struct Candidates {
-  std::unique_ptr<const search::FieldQuery> in_field;  ///< null with method walks
-  std::vector<search::PlaceHypothesis> places;         ///< best first
-  std::size_t to_register = 0;              ///< how many of the first places are to be registered
-  std::vector<match::WalkMatches> matches;  ///< of the first few places
-  double second_best_score = 0;  ///< of the best place outside of the priors or in another frame
-};
 
 /// Places whose points were registered, in the order of the candidates.
 struct RegisteredPlaces {
@@ -41,8 +30,7 @@ struct TriedFrame {
   double score = 0;                                               ///< 0 = there is none
 };
 
-/// What speaks for a place of a search, and for the first candidate against the others.
-PlaceEvidence evidenceOf(const search::PlaceHypothesis& place);
+/// What speaks for the first candidate against the others.
 verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& registered);
 /// Places with similar bird's-eye views are told apart by the registration of their points.
 void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered);
@@ -59,8 +47,8 @@ Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T);
 Localization inMetres(Localization answer, double size);
 
 /// What is made once per map, and the steps of a localization. The map stands upright here.
-struct Localizer::Index {
-  Index(const map::SemanticMap& given, const Options& all_options);
+struct PlaceIndex {
+  PlaceIndex(const map::SemanticMap& given, const Options& all_options, const Method& method);
 
   Localization localize(const Query& given, const ExpectedPose* expected) const;
   Localization inAlignedFrames(const Query& query, const ExpectedPose* expected,
@@ -74,9 +62,6 @@ struct Localizer::Index {
                    const ExpectedPose* expected) const;
   void refineScale(const Query& query, TriedFrame& best) const;
 
-  Candidates findPlaces(const Query& query, const Priors& priors, Timings& timing_ms) const;
-  Candidates placesByWalks(const Query& query, const Priors& priors, Timings& timing_ms) const;
-  void askOtherWay(const Query& query, Candidates& found) const;
   void matchVertices(const Query& query, Candidates& found, Timings& timing_ms) const;
   RegisteredPlaces registerPlaces(const Query& query, const Candidates& found,
                                   Localization& answer) const;
@@ -95,14 +80,11 @@ struct Localizer::Index {
     return verdict::judge(evidence, options.verdict, verdict_model, map.wrong_places);
   }
   bool upIsKnown(const Query& query) const { return gravity.known && query.gravity.known; }
-  bool isView(const Query& query) const { return surfaces && !query.bev.known.empty(); }
   /// Gravity alignment of the query; a pose of it tells, if nothing else does.
   Eigen::Quaterniond alignmentOf(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   /// A pose of the caller between upright frames, gravity-aligned and right for the last sensor.
   Eigen::Isometry3d toAligned(const Query& query, const Eigen::Isometry3d& T_map_query) const;
   Priors priorsOf(const Query& given, const Query& upright, const ExpectedPose* expected) const;
-  /// Surfaces and objects of the bird's-eye views if map and query have them, else their graphs.
-  const search::Field& fieldFor(const Query& query) const;
 
   const Options options;
   const Gravity gravity;  ///< of the caller's map
@@ -114,9 +96,9 @@ struct Localizer::Index {
   const std::optional<ScaleRange> scales;
   const match::WalkMatcher walks;
   const PoseRefinement refinement;
-  std::unique_ptr<const search::Field> surfaces;  ///< null for bare graphs and with method walks
-  mutable std::once_flag objects_made;
-  mutable std::unique_ptr<const search::Field> objects;
+  const Method& method;
+  const MapFields fields;
+  const std::unique_ptr<const PlaceProposer> proposer;
 };
 
 }  // namespace xview

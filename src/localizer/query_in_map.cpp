@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/channel_moves.h"
 #include "base/label_match.h"
 #include "base/pose.h"
 #include "base/stray_points.h"
@@ -188,39 +189,80 @@ CommonDetail commonDetail(const LabelSet& query, const LabelSet& map) {
   return detail;
 }
 
-void moveSamples(BevChannel from, std::initializer_list<BevChannel> targets, BevGrid& bev) {
-  const std::vector<BevSample> samples = std::exchange(bev[from], {});
-  for (const BevChannel to : targets) {
-    bev[to].insert(bev[to].end(), samples.begin(), samples.end());
-    std::sort(bev[to].begin(), bev[to].end(), InRowOrder());
-  }
-}
-
 namespace {
 
 /// Road, sidewalk and terrain become one, and the lines between them go.
-void mergeGround(BevGrid& bev) {
-  moveSamples(BevChannel::sidewalk, {BevChannel::road}, bev);
-  moveSamples(BevChannel::terrain, {BevChannel::road}, bev);
-  for (const BevChannel line :
-       {BevChannel::lane_marking, BevChannel::border_road_sidewalk,
-        BevChannel::border_sidewalk_terrain, BevChannel::border_road_terrain})
-    bev[line].clear();
+void mergeGround(ChannelMoves& moves) {
+  using C = BevChannel;
+  moves.insert(moves.end(), {{C::sidewalk, {C::road}}, {C::terrain, {C::road}}});
+  for (const C line : {C::lane_marking, C::border_road_sidewalk, C::border_sidewalk_terrain,
+                       C::border_road_terrain})
+    moves.push_back({line, {}});
+}
+
+void mergeWalls(BevChannel wall, ChannelMoves& moves) {
+  moves.push_back({wall, {BevChannel::building, BevChannel::wall_foot}});
+}
+
+void mergePosts(ChannelMoves& moves) {
+  for (const BevChannel post : {BevChannel::sign, BevChannel::light})
+    moves.push_back({post, {BevChannel::pole}});
+}
+
+ChannelMoves movesTo(const CommonDetail& detail) {
+  ChannelMoves moves;
+  if (detail.one_ground) mergeGround(moves);
+  if (detail.one_wall) mergeWalls(BevChannel::fence, moves);
+  if (detail.one_post) mergePosts(moves);
+  for (std::size_t channel = 0; channel < kBevChannels; ++channel) {
+    if (detail.gone >> channel & 1) moves.push_back({static_cast<BevChannel>(channel), {}});
+  }
+  return moves;
+}
+
+/// To the channels that shapes feed.
+ChannelMoves movesToShapes() {
+  ChannelMoves moves;
+  mergeGround(moves);
+  mergeWalls(BevChannel::fence, moves);
+  mergePosts(moves);
+  mergeWalls(BevChannel::other_surface, moves);
+  moves.push_back({BevChannel::trunk, {BevChannel::pole, BevChannel::pole_like}});
+  moves.push_back({BevChannel::other_object, {}});
+  return moves;
+}
+
+/// What a thing of this kind looks like to somebody who knows shapes only.
+Shape shapeOf(Kind kind) {
+  if (isGround(kind)) return Shape::ground;
+  if (isPoleLike(kind) || kind == Kind::trunk) return Shape::post;
+  if (kind == Kind::building || kind == Kind::fence || kind == Kind::other_surface)
+    return Shape::wall;
+  if (kind == Kind::vehicle) return Shape::low_thing;
+  return kind == Kind::none ? Shape::none : Shape::foliage;
+}
+std::uint32_t shapeOf(std::uint32_t label, const LabelSet& labels) {
+  return static_cast<std::uint32_t>(shapeOf(labels.kind(label)));
 }
 
 }  // namespace
 
-void reduceTo(const CommonDetail& detail, BevGrid& bev) {
-  if (detail.one_ground) mergeGround(bev);
-  if (detail.one_wall)
-    moveSamples(BevChannel::fence, {BevChannel::building, BevChannel::wall_foot}, bev);
-  if (detail.one_post) {
-    moveSamples(BevChannel::sign, {BevChannel::pole}, bev);
-    moveSamples(BevChannel::light, {BevChannel::pole}, bev);
-  }
-  for (std::size_t channel = 0; channel < kBevChannels; ++channel) {
-    if (detail.gone >> channel & 1) bev.samples[channel].clear();
-  }
+map::Reduction reductionTo(const CommonDetail& detail, const LabelSet& of_query,
+                           const LabelSet& of_map) {
+  map::Reduction reduction{movesTo(detail), nullptr, {}};
+  if (!detail.shapes) return reduction;
+  const ChannelMoves to_shapes = movesToShapes();
+  reduction.moves.insert(reduction.moves.begin(), to_shapes.begin(), to_shapes.end());
+  reduction.label = [of_map](std::uint32_t label) { return shapeOf(label, of_map); };
+  reduction.labels = of_query;
+  return reduction;
+}
+
+void reduceToShapes(const LabelSet& shapes, Place& place) {
+  for (Point& point : place.cloud.points) point.label = shapeOf(point.label, place.labels);
+  for (Vertex& vertex : place.graph.vertices) vertex.label = shapeOf(vertex.label, place.labels);
+  moveSamples(movesToShapes(), place.bev);
+  place.labels = shapes;
 }
 
 Options optionsOfSearch(const Options& given, double size, const LabelSet& map_labels) {
@@ -273,7 +315,7 @@ QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double ma
   }
   if (!detail.isAll()) {
     if (!changed_) changed_ = given;
-    reduceTo(detail, changed_->bev);
+    moveSamples(movesTo(detail), changed_->bev);
   }
   if (map_size != kTownScale) changed_ = scaledQuery(**this, 1 / map_size);
 }
@@ -321,40 +363,6 @@ Eigen::Isometry3d alignedAbout(const Eigen::Vector3d& point, const Eigen::Isomet
   Eigen::Isometry3d aligned = poseFromYaw(Eigen::Vector3d::Zero(), yawOf(T.linear()));
   aligned.translation() = T * point - aligned.linear() * point;
   return aligned;
-}
-
-namespace {
-
-/// What a thing of this kind looks like to somebody who knows shapes only.
-Shape shapeOf(Kind kind) {
-  if (isGround(kind)) return Shape::ground;
-  if (isPoleLike(kind) || kind == Kind::trunk) return Shape::post;
-  if (kind == Kind::building || kind == Kind::fence || kind == Kind::other_surface)
-    return Shape::wall;
-  if (kind == Kind::vehicle) return Shape::low_thing;
-  return kind == Kind::none ? Shape::none : Shape::foliage;
-}
-
-/// Moves the samples of channels to those that the shapes feed; those of lines between grounds go.
-void mergeChannels(BevGrid& bev) {
-  CommonDetail shapes;
-  shapes.one_ground = shapes.one_wall = shapes.one_post = true;
-  reduceTo(shapes, bev);
-  moveSamples(BevChannel::other_surface, {BevChannel::building, BevChannel::wall_foot}, bev);
-  moveSamples(BevChannel::trunk, {BevChannel::pole, BevChannel::pole_like}, bev);
-  bev[BevChannel::other_object].clear();
-}
-
-}  // namespace
-
-void reduceToShapes(const LabelSet& shapes, Place& place) {
-  const auto shapeOfClass = [&](std::uint32_t label) {
-    return static_cast<std::uint32_t>(shapeOf(place.labels.kind(label)));
-  };
-  for (Point& point : place.cloud.points) point.label = shapeOfClass(point.label);
-  for (Vertex& vertex : place.graph.vertices) vertex.label = shapeOfClass(vertex.label);
-  mergeChannels(place.bev);
-  place.labels = shapes;
 }
 
 Gravity gravityOf(const map::SemanticMap& map, const std::string& mode) {

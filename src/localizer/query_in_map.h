@@ -2,11 +2,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <initializer_list>
 #include <optional>
 #include <tuple>
 #include <vector>
 
+#include "map/reduced_map.h"
 #include "search/field.h"
 #include "xview/base/semantic_place.h"
 #include "xview/localizer.h"
@@ -71,11 +71,9 @@ CommonDetail commonDetail(const LabelSet& query, const LabelSet& map);
 /// Sorted, one per cell: a measured one if there is one, else the first.
 std::vector<GroundCell> onePerCell(std::vector<GroundCell> cells);
 
-/// Leaves the detail in a view that is common.
-void reduceTo(const CommonDetail& detail, BevGrid& bev);
-
-/// Moves the samples of a channel to others.
-void moveSamples(BevChannel from, std::initializer_list<BevChannel> targets, BevGrid& bev);
+/// Leaves the detail in a map that it has in common with queries.
+map::Reduction reductionTo(const CommonDetail& detail, const LabelSet& of_query,
+                           const LabelSet& of_map);
 
 /// A query in the classes of a map that mean the same, and at canonical scale, as all that an
 /// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths

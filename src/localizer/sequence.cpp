@@ -371,7 +371,7 @@ struct Sequence::State {
 
 Sequence::Sequence(const Localizer& localizer, const Options& options)
     : state_(std::make_unique<State>(localizer, options)) {
-  if (options.method == "walks")
+  if (!localizer.scoresPoses())
     throw UsageError(
         "method = walks has no evidence that could be summed over windows; use auto or search");
 }

@@ -224,8 +224,8 @@ std::string textOf(const std::optional<pose::SurfaceNoise>& noise) {
 /// Edges of a radius are made anew.
 bool storesEdges(const SemanticGraph& graph) { return graph.edge_radius_m == 0; }
 
-/// `stored_points`: of the cloud, which is thinned on its way into the file.
-Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
+/// `points`: of the cloud, which is thinned on its way into the file.
+Meta metaOf(const SemanticMap& map, std::size_t points) {
   Meta meta{
       {"graph_space", toString(map.graph.space)},
       {"program_version", XVIEW_VERSION},
@@ -242,7 +242,7 @@ Meta metaOf(const SemanticMap& map, std::size_t stored_points) {
       {"edge_radius_m", numberText(map.graph.edge_radius_m)},
       {"noise", textOf(map.noise)},
       {"keyframes", std::to_string(map.poses.size())},
-      {"cloud_points", std::to_string(stored_points)},
+      {"cloud_points", std::to_string(points)},
       {"plan_samples",
        std::to_string(map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount())},
       {"plan_view", std::to_string(fingerprintOfView(map))},
@@ -527,21 +527,14 @@ bool isOfView(const search::PathNull& null, const Meta& meta) {
 }
 
 void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
-              const std::string& file, bool is_former, bool has_overview, Purpose purpose,
-              SemanticMap& map) {
+              const std::string& file, Purpose purpose, SemanticMap& map) {
   PackedRows rows(file_bytes);
-  const Packing packing = is_former ? Packing::tiles : Packing::voxels;
   std::vector<Keyframe> keyframes;
   in.items("keyframes", keyframes);
   for (const Keyframe& k : keyframes)
     map.addKeyframe(k.T_map_sensor, k.number, k.stamp_s, k.source);
-  std::vector<VertexBlock> vertices;
-  if (is_former) {  // a row each
-    in.items("vertices", map.graph.vertices);
-    for (const Vertex& v : map.graph.vertices) requireFinite(v);
-  } else {
-    vertices = readVertexBlocks(in, numberIn<std::uint64_t>(meta, "vertices"), file_bytes);
-  }
+  std::vector<VertexBlock> vertices =
+      readVertexBlocks(in, numberIn<std::uint64_t>(meta, "vertices"), file_bytes);
   const auto edges = numberIn<std::uint64_t>(meta, "edges");
   std::vector<EdgeBlock> blocks;
   in.table<EdgeBlock>("edges", [&](std::int64_t id, EdgeBlock& block) {
@@ -559,10 +552,9 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   in.table<Tile>("plan_tiles", [&](std::int64_t, Tile& tile) {
     rows.take("plan_tiles", tile.points, kAnyNumber);  // meta counts those with a channel only
     requirePlace(tile);
-    tile.packing = packing;
     tiles.push_back(std::move(tile));
   });
-  const auto overview = has_overview ? readOverview(in, map.bev) : nullptr;
+  const auto overview = readOverview(in, map.bev);
   if (purpose != Purpose::any && overview && map.size == kTownScale && isOfView(map.null, meta))
     map.stored_view = std::make_shared<const StoredPlan>(
         std::move(tiles), map.bev, file, numberIn<std::size_t>(meta, "plan_samples"),
@@ -573,8 +565,7 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   scaleLengths(map.size, map.bev);
   if (overview && !map.stored_view) overview->checksum = search::checksumOf(map.bev);
   map.overview = overview;
-  if (purpose == Purpose::localize && map.size == kTownScale && map.graph.edge_radius_m > 0 &&
-      !is_former)
+  if (purpose == Purpose::localize && map.size == kTownScale && map.graph.edge_radius_m > 0)
     map.stored_vertices = std::make_shared<const StoredBlocks>(std::move(vertices), file);
   else
     unpackGraph(std::move(vertices), blocks, file_bytes, purpose, map);
@@ -585,11 +576,11 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     rows.take("cloud_points", tile.points, points);
     requirePlace(tile);
     if (id != tileId(tile)) throw Damage("cloud_tiles: a tile out of place");
-    tile.packing = packing;
     tiles.push_back(std::move(tile));
   });
-  if (!tiles.empty()) map.packed = std::make_shared<const PackedCloud>(std::move(tiles), file);
-  if (map.size != kTownScale || is_former) unpackAll(map);
+  if (!tiles.empty())
+    map.stored_points = std::make_shared<const PackedCloud>(std::move(tiles), file);
+  if (map.size != kTownScale) unpackAll(map);
 }
 
 }  // namespace
@@ -603,7 +594,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   const std::shared_ptr<const search::MapOverview> overview =
       map.stored_view || hasOverview(map) ? map.overview : search::overviewOfLarge(*bev);
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
-  if (map.packed) mergeTiles(map.packed->tiles(), cloud_tiles);
+  if (const PackedCloud* packed = packedCloudOf(map)) mergeTiles(packed->tiles(), cloud_tiles);
   std::size_t stored_points = 0;
   for (const Tile& tile : cloud_tiles) stored_points += tile.points;
   std::vector<NamedRow<std::string>> meta;
@@ -643,8 +634,7 @@ SemanticMap readContent(SQLite::Database& database, Purpose purpose) {
   setNumbers(meta, map);
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
-  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(),
-           hasVertexRows(database), hasOverviewTable(database), purpose, map);
+  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(), purpose, map);
   requireComplete(meta, map);
   return map;
 }

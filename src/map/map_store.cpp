@@ -46,8 +46,7 @@ std::uint32_t applicationOf(const SQLite::Header& header) {
   return static_cast<std::uint32_t>(header.applicationId);
 }
 
-/// Returns the schema version.
-int requireMapFile(const std::string& path, int oldest_version) {
+void requireMapFile(const std::string& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw Error(path, "no such map");
   if (!fs::is_regular_file(path, ignored))
@@ -62,22 +61,16 @@ int requireMapFile(const std::string& path, int oldest_version) {
                           std::to_string(kMapApplicationId));
   }
   const auto version = static_cast<std::int32_t>(header->userVersion);
-  if (version > kMapSchemaVersion || version < kOldestSchemaVersion) {
+  if (version != kMapSchemaVersion) {
     throw Error(path, "map of schema version " + std::to_string(version) +
                           ", but this program reads version " + std::to_string(kMapSchemaVersion) +
                           "; make it again with xview map");
-  }
-  if (version < oldest_version) {
-    throw Error(path, "map of schema version " + std::to_string(version) +
-                          ", which this program reads but does not change; `xview map " + path +
-                          " NEW.xvm` makes one of version " + std::to_string(kMapSchemaVersion));
   }
   // We never use a write-ahead log, and with one SQLite would create files beside a map that is
   // only read.
   if (header->fileFormatWriteVersion != 1 || header->fileFormatReadVersion != 1)
     throw Error(path, "damaged map file: unknown kind of journal");
   requireOwnJournal(path);
-  return version;
 }
 
 // ---- connections
@@ -100,7 +93,7 @@ void rollBackIfInterrupted(const std::string& path) {
 }
 
 SQLite::Database openForReading(const std::string& path) {
-  requireMapFile(path, kOldestSchemaVersion);
+  requireMapFile(path);
   rollBackIfInterrupted(path);
   SQLite::Database database(path, SQLite::OPEN_READONLY, kBusy_ms);
   configure(database);
@@ -108,7 +101,7 @@ SQLite::Database openForReading(const std::string& path) {
 }
 
 SQLite::Database openForWriting(const std::string& path) {
-  requireChangeable(path);
+  requireMapFile(path);
   SQLite::Database database(path, SQLite::OPEN_READWRITE, kBusy_ms);
   configure(database);
   return database;
@@ -226,10 +219,6 @@ bool isMapFile(const std::string& path) {
   return header && applicationOf(*header) == kMapApplicationId;
 }
 
-int schemaVersionOf(const std::string& path) { return requireMapFile(path, kOldestSchemaVersion); }
-
-void requireChangeable(const std::string& path) { requireMapFile(path, kMapSchemaVersion); }
-
 void saveMap(const std::string& path, const SemanticMap& map) {
   guarded(path, kCannotWrite, [&] {
     std::error_code ignored;
@@ -256,7 +245,7 @@ struct MapChanges::Connection : Replacement {
   using Replacement::Replacement;
 };
 
-MapChanges::MapChanges(std::string path) : path_(std::move(path)) { requireChangeable(path_); }
+MapChanges::MapChanges(std::string path) : path_(std::move(path)) { requireMapFile(path_); }
 MapChanges::~MapChanges() = default;
 MapChanges::MapChanges(MapChanges&&) noexcept = default;
 

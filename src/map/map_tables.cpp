@@ -130,23 +130,6 @@ SemanticMap contentOf(const SQLite::Column& bytes) {
 
 }  // namespace
 
-/// In files of version 2.
-static const MapTable kVertexRows = {"vertices", R"(
-  id INTEGER PRIMARY KEY,
-  label INTEGER,          -- labels.id
-  instance INTEGER,       -- 0: none
-  x REAL, y REAL, z REAL, -- map frame, metres
-  extent_x REAL, extent_y REAL, extent_z REAL,
-  sigma_m REAL,
-  observations INTEGER,
-  points INTEGER,
-  first_frame INTEGER,
-  last_frame INTEGER
-)"};
-
-/// Not in files of versions 2 and 3.
-static constexpr const char* kOverviewTable = "overview_tiles";
-
 static constexpr const char* kTileTable = R"(
   id INTEGER PRIMARY KEY,
   x INTEGER, y INTEGER, z INTEGER, -- tile of 64 m from the origin
@@ -192,7 +175,7 @@ const std::array<MapTable, 10> kMapTables = {{
   data BLOB               -- packed
 )"},
     {"plan_tiles", kTileTable},
-    {kOverviewTable, R"(
+    {"overview_tiles", R"(
   id INTEGER PRIMARY KEY,
   x INTEGER, y INTEGER,   -- tile of 64 x 64 cells of the plan from its origin
   data BLOB               -- packed; for the first look at large maps
@@ -223,25 +206,13 @@ void checkMapTables(SQLite::Database& database) {
   for (const MapTable& table : kMapTables) {
     query.reset();
     query.bind(1, table.name);
-    if (!query.executeStep()) {
-      if (table.name == kOverviewTable) continue;
-      throw Damage("table " + table.name + " is missing");
-    }
-    const std::string definition = query.getColumn(0).getString();
-    const bool is_former =
-        table.name == kVertexRows.name && definition == definitionOf(kVertexRows, table.name);
-    if (definition != definitionOf(table, table.name) && !is_former)
+    if (!query.executeStep()) throw Damage("table " + table.name + " is missing");
+    if (query.getColumn(0).getString() != definitionOf(table, table.name))
       throw Damage("table " + table.name + " has other columns than expected");
   }
   SQLite::Statement others(database,
                            "SELECT name FROM sqlite_master WHERE type NOT IN ('table', 'index')");
   if (others.executeStep()) throw Damage("unexpected object " + others.getColumn(0).getString());
-}
-
-bool hasOverviewTable(SQLite::Database& database) { return database.tableExists(kOverviewTable); }
-
-bool hasVertexRows(SQLite::Database& database) {
-  return SQLite::Statement(database, "SELECT * FROM vertices").getColumnCount() > 3;
 }
 
 void checkBeforeWriting(SQLite::Database& database) {

@@ -40,12 +40,6 @@ void createMapTables(SQLite::Database& database, const std::string& schema);
 /// which we never write.
 void checkMapTables(SQLite::Database& database);
 
-/// Whether there is an overview, as in files of version 4 and later.
-bool hasOverviewTable(SQLite::Database& database);
-
-/// Whether each vertex has a row, as in files of version 2. Their points are packed otherwise, too.
-bool hasVertexRows(SQLite::Database& database);
-
 /// The same before rows are changed: throws Damage also if a table of former rows, or an index,
 /// would run something that others wrote.
 void checkBeforeWriting(SQLite::Database& database);

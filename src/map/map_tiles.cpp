@@ -77,8 +77,6 @@ std::vector<std::array<std::uint32_t, N>> unpacked(const Bytes& data, std::uint3
 // Of a tile, centimetres.
 constexpr auto kSide = static_cast<std::int64_t>(StoredCloud::kColumn_m * kStoredSteps);
 constexpr std::int64_t kMostId = std::numeric_limits<std::uint32_t>::max();
-constexpr std::array<std::int64_t, 5> kLargestInTile = {kMostId, kMostId, kSide - 1, kSide - 1,
-                                                        kSide - 1};
 /// Side of a voxel: of those of map.cloud_voxel_m each class has one point.
 constexpr std::int64_t kVoxel = 25;
 constexpr std::int64_t kLastVoxel = (kSide - 1) / kVoxel;
@@ -178,11 +176,6 @@ template <class Visit>
 void forPoints(const Tile& tile, const Visit& visit) {
   using Steps = std::array<std::int64_t, 3>;
   requirePlace(tile);
-  if (tile.packing == Packing::tiles) {
-    for (const auto& [label, instance, x, y, z] : unpacked(tile.data, tile.points, kLargestInTile))
-      visit(label, instance, Steps{x, y, z});
-    return;
-  }
   for (const auto& row : unpacked(tile.data, tile.points, kLargest, kSorted)) {
     const auto& [label, instance, voxel_x, voxel_y, voxel_z, x, y, z] = row;
     visit(label, instance, Steps{voxel_x * kVoxel + x, voxel_y * kVoxel + y, voxel_z * kVoxel + z});
@@ -454,7 +447,7 @@ PackedView fill(std::vector<Tile> tiles, BevGrid& bev) {
       TileChecksum checksum;
       appendPoints(*row, bev.cell_m, of_row,
                    [&](std::uint32_t label, const auto& in_tile) { checksum.add(label, in_tile); });
-      if (row->packing == Packing::voxels) packed.add(*row, checksum.sum());
+      packed.add(*row, checksum.sum());
     }
     for (std::size_t c = 0; c < kBevChannels; ++c) appendSorted(of_row.samples[c], bev.samples[c]);
     appendSorted(of_row.known, bev.known);

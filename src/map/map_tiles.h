@@ -100,16 +100,11 @@ inline std::int64_t floorDivide(std::int64_t a, std::int64_t b) {
 // The bulk of a map in pieces, each one row of a table. columns() lists what stands behind the key,
 // in the order of the table, for writing and for reading.
 
-/// Where the position of a point counts from when it is packed: from its tile (files of version 2)
-/// or from its voxel.
-enum class Packing { tiles, voxels };
-
 /// The points of a cloud in a cube of 64 m.
 struct Tile {
   std::int64_t x = 0, y = 0, z = 0;  ///< floor((p - origin) / 64 m)
   std::uint32_t points = 0;
   Bytes data;
-  Packing packing = Packing::voxels;  ///< the same of all tiles of a file
 };
 
 template <class Row>

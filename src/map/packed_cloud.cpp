@@ -21,27 +21,30 @@ PlaneCell columnOf(const Tile& tile) {
   return {static_cast<std::int32_t>(tile.x), static_cast<std::int32_t>(tile.y)};
 }
 
+/// Points in canonical lengths, from the origin of the cloud, are added to a map.
+void append(LabelledCloud points, SemanticMap& map) {
+  points.origin = map.cloud.origin / map.size;
+  scaleLengths(map.size, points);
+  map.cloud.append(points);
+}
+
 /// Moves the tiles that are `wanted` into the cloud of the map.
 template <class IsWanted>
-void unpack(SemanticMap& map, const IsWanted& isWanted) {
-  if (!map.packed) return;
+void unpack(const PackedCloud& packed, const IsWanted& isWanted, SemanticMap& map) {
   std::vector<Tile> left;
   LabelledCloud points;
   std::size_t count = 0;
-  for (const Tile& tile : map.packed->tiles()) count += isWanted(tile) ? tile.points : 0;
+  for (const Tile& tile : packed.tiles()) count += isWanted(tile) ? tile.points : 0;
   points.points.reserve(count);
-  for (const Tile& tile : map.packed->tiles()) {
+  for (const Tile& tile : packed.tiles()) {
     if (isWanted(tile))
       appendTile(tile, points);
     else
       left.push_back(tile);
   }
-  map.packed = left.empty()
-                   ? nullptr
-                   : std::make_shared<const PackedCloud>(std::move(left), map.packed->file());
-  points.origin = map.cloud.origin / map.size;
-  scaleLengths(map.size, points);
-  map.cloud.append(points);
+  map.stored_points =
+      left.empty() ? nullptr : std::make_shared<const PackedCloud>(std::move(left), packed.file());
+  append(std::move(points), map);
 }
 
 /// What the tiles of a column add to `empty`, unpacked unless that was done lately.
@@ -225,16 +228,31 @@ void growView(const BevGrid& addition, SemanticMap& map) {
   if (had_overview) map.overview = search::grownOverview(*map.overview, map.bev, addition);
 }
 
+const PackedCloud* packedCloudOf(const SemanticMap& map) {
+  return dynamic_cast<const PackedCloud*>(map.stored_points.get());
+}
+
 void unpackAll(SemanticMap& map) {
-  unpack(map, [](const Tile&) { return true; });
+  const auto stored = map.stored_points;  // for as long as it is read
+  if (!stored) return;
+  if (const PackedCloud* packed = packedCloudOf(map))
+    return unpack(
+        *packed, [](const Tile&) { return true; }, map);
+  LabelledCloud points;
+  for (const PlaneCell& column : stored->columns()) points.append(*stored->pointsOf(column));
+  map.stored_points.reset();
+  append(std::move(points), map);
 }
 
 void unpackPoints(SemanticMap& map) {
-  if (map.packed) orError(std::string(map.packed->file()), [&] { unpackAll(map); });
+  const PackedCloud* packed = packedCloudOf(map);
+  orError(packed ? packed->file() : std::string(), [&] { unpackAll(map); });
 }
 
 void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
-  if (!map.packed) return;
+  const auto stored = map.stored_points;  // for as long as it is read
+  const PackedCloud* packed = packedCloudOf(map);
+  if (!packed) return unpackPoints(map);
   std::set<std::pair<std::int32_t, std::int32_t>> columns;
   for (std::size_t i = 0; i < near.size(); ++i) {
     const Eigen::Vector3d p = (near.position(i) - map.cloud.origin) / map.size;
@@ -246,21 +264,21 @@ void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
     const PlaneCell column = columnOf(tile);
     return columns.count({column.x, column.y}) > 0;
   };
-  orError(std::string(map.packed->file()), [&] { unpack(map, isNear); });
+  orError(packed->file(), [&] { unpack(*packed, isNear, map); });
 }
 
 void packPoints(SemanticMap& map) {
   if (map.size != kTownScale) throw UsageError("only points of canonical scale are packed");
   std::vector<Tile> tiles = toTiles(map.cloud);
-  if (map.packed) mergeTiles(map.packed->tiles(), tiles);
-  map.packed = std::make_shared<const PackedCloud>(std::move(tiles), "");
+  if (const PackedCloud* packed = packedCloudOf(map)) mergeTiles(packed->tiles(), tiles);
+  map.stored_points = std::make_shared<const PackedCloud>(std::move(tiles), "");
   map.cloud.points = {};
 }
 
-const StoredCloud* storedPoints(const SemanticMap& map) { return map.packed.get(); }
+const StoredCloud* storedPoints(const SemanticMap& map) { return map.stored_points.get(); }
 
 std::size_t pointCount(const SemanticMap& map) {
-  return map.cloud.size() + (map.packed ? map.packed->size() : 0);
+  return map.cloud.size() + (map.stored_points ? map.stored_points->size() : 0);
 }
 
 }  // namespace xview::map

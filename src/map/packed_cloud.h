@@ -127,8 +127,9 @@ class StoredPlan final : public StoredView {
   mutable BevGrid whole_;
 };
 
-/// The packed view of a map; null if it is unpacked.
+/// As a file has them, so that they can be written again: null if they are unpacked or reduced.
 const StoredPlan* storedPlanOf(const SemanticMap& map);
+const PackedCloud* packedCloudOf(const SemanticMap& map);
 
 /// unpackPoints(), but throws Damage.
 void unpackAll(SemanticMap& map);

@@ -94,27 +94,6 @@ TEST(PackedRows, NeverRefuseWhatIsWritten) {
   EXPECT_EQ(read.size(), grid.size());
 }
 
-TEST(Tiles, OfFilesOfVersion2AreRead) {
-  const std::vector<std::array<std::int64_t, 5>> rows = {
-      {2, 0, 10, 6399, 26}, {2, 0, 10, 6399, 27}, {7, 3, 0, 0, 5000}};
-  ByteWriter out;
-  for (std::size_t column = 0; column < 5; ++column) {
-    std::int64_t previous = 0;
-    for (const auto& row : rows) {
-      out.signedInteger(row[column] - previous);
-      previous = row[column];
-    }
-  }
-  LabelledCloud old;
-  appendTile({-1, 2, 0, 3, compressed(out.bytes()), Packing::tiles}, old);
-  ASSERT_EQ(old.size(), 3u);
-  EXPECT_EQ(old.points[2].label, 7u);
-  EXPECT_EQ(old.points[2].instance, 3u);
-  EXPECT_FLOAT_EQ(old.points[0].x, -64 + 0.10F);
-  EXPECT_FLOAT_EQ(old.points[0].y, 128 + 63.99F);
-  EXPECT_FLOAT_EQ(old.points[1].z, 0.27F);
-}
-
 /// Which tiles of a view are as they were is told by what they hold.
 TEST(Tiles, ThatHoldTheSameAreNotPackedAnew) {
   BevGrid view;

@@ -265,16 +265,5 @@ TEST_F(LargeMap, CountsAtWrongPlacesAreThoseOfTheWholeView) {
   EXPECT_GT(counted, 1000);
 }
 
-TEST_F(LargeMap, OfVersion3HasNoOverviewAndIsReadAsItIs) {
-  const SemanticMap whole = loadMap(path);
-  SQLite::Database(path, SQLite::OPEN_READWRITE)
-      .exec("DROP TABLE overview_tiles; PRAGMA user_version = 3");
-  const SemanticMap opened = openToLocalize(path);
-  EXPECT_EQ(opened.overview, nullptr);
-  EXPECT_EQ(opened.stored_view, nullptr);
-  EXPECT_TRUE(isSame(opened.bev, whole.bev));
-  EXPECT_THROW(requireChangeable(path), Error);
-}
-
 }  // namespace
 }  // namespace xview::map

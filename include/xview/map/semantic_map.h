@@ -13,6 +13,7 @@
 
 namespace xview {
 
+class StoredCloud;
 class StoredVertices;
 class StoredView;
 namespace search {
@@ -23,8 +24,7 @@ struct MapOverview;
 
 namespace xview::map {
 
-constexpr int kMapSchemaVersion = 4;     ///< of the files that are written
-constexpr int kOldestSchemaVersion = 2;  ///< of those that are read
+constexpr int kMapSchemaVersion = 4;  ///< of map files
 
 /// A stretch of a map that was looked for in it, with the noise of a usual query.
 struct OwnStretch {
@@ -32,8 +32,6 @@ struct OwnStretch {
   double confidence = 0;  ///< of such a query by its place alone, before points are registered
 };
 
-/// Points as they are packed in a map file, in canonical lengths; see openMap.
-class PackedCloud;
 class PackedView;
 class PackedVertices;
 
@@ -48,11 +46,12 @@ struct SemanticMap : Place {
   std::vector<OwnStretch> own_stretches;          ///< these stretches at their own places
   search::PathNull null;                          ///< of its path; see measureNullHypothesis
   std::optional<pose::SurfaceNoise> noise;        ///< of its points, in canonical lengths
-  std::shared_ptr<const PackedCloud> packed;      ///< points that are not in `cloud`, if any
   std::shared_ptr<const PackedView> packed_view;  ///< how the file has `bev`, if it comes from one
   std::shared_ptr<const PackedVertices> packed_vertices;  ///< the same of the graph; openToGrow
   /// Of the view, if that is large; see map/contents.h.
   std::shared_ptr<const search::MapOverview> overview;
+  /// Points that are not in `cloud`, if any, in canonical lengths; see openMap.
+  std::shared_ptr<const StoredCloud> stored_points;
   /// In place of what `bev` holds, which is without samples and seen cells then; see
   /// openToLocalize.
   std::shared_ptr<const StoredView> stored_view;
@@ -77,11 +76,6 @@ inline std::shared_ptr<const SemanticMap> borrowed(const SemanticMap& map) {
 /// True if the file starts like an .xvm database (SQLite magic and our application_id); false for
 /// anything else, also missing.
 bool isMapFile(const std::string& path);
-
-/// Of a map file that can be read. Throws Error.
-int schemaVersionOf(const std::string& path);
-/// Throws Error, with what to do, unless the map file is of the version that is written.
-void requireChangeable(const std::string& path);
 
 /// Writes the whole map in one transaction. A new file appears only when complete (written beside,
 /// then renamed); an existing map is replaced inside one transaction, so that a killed process
@@ -146,8 +140,8 @@ bool undoRevision(const std::string& path);
 /// file is opened for reading only.
 SemanticMap loadMap(const std::string& path);
 
-/// The same without unpacking the points of a map of canonical scale: they stay in `packed`, a
-/// twelfth as large, until those of a place are asked for. A Localizer takes such a map; saveMap
+/// The same without unpacking the points of a map of canonical scale: they stay in `stored_points`,
+/// a twelfth as large, until those of a place are asked for. A Localizer takes such a map; saveMap
 /// writes it.
 SemanticMap openMap(const std::string& path);
 
