@@ -4,6 +4,7 @@
 contradicted?
 
     bench/odometry_faults.py [--data ../shared/data] [--xview build/xview] [--windows 600] [--what localize,fuse,...]
+                             [--worlds oldtown_5:rear,oblique:30 warehouse_5:rear:40:room]
 
 Poses of honest recordings are changed (jumps, stale, shifted and reversed poses, errors of length, heading and roll); images
 stay as they are. Counts accepted answers whose last pose is more than 5 m (rooms: 0.5 m) off, key frames that `fuse` puts
@@ -32,6 +33,10 @@ WORLDS = {  # recordings that are asked, frames of a window
 
 
 def read_poses(path):
+    """Stamps and poses of a TUM file; no stamps of one with 12 numbers a line."""
+    rows = [line.split() for line in open(path) if line.strip() and not line.startswith("#")]
+    if rows and len(rows[0]) == 12:
+        return None, [np.vstack([np.array(row, float).reshape(3, 4), [0, 0, 0, 1]]) for row in rows]
     stamps, poses = [], []
     for line in open(path):
         if not line.strip() or line.startswith("#"):
@@ -59,6 +64,8 @@ def quaternion(R):
 
 
 def lines(stamps, poses):
+    if stamps is None:
+        return "".join(" ".join("%.9g" % v for v in T[:3].ravel()) + "\n" for T in poses)
     return "".join("%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n" % (s, *T[:3, 3], *quaternion(T[:3, :3]))
                    for s, T in zip(stamps, poses))
 
@@ -196,8 +203,9 @@ class Trials:
     def recordings(self):
         """Whole recordings with one fault: (world, name, folder, truth)."""
         rng = np.random.default_rng(self.args.seed + 1)
-        for world, session in (("suburb_clean", "rear"), ("suburb_clean", "forward2"), ("suburb_noisy", "rear"),
-                               ("office_noisy", "other"), ("office_noisy", "rear")):
+        drives = (("suburb_clean", "rear"), ("suburb_clean", "forward2"), ("suburb_noisy", "rear"),
+                  ("office_noisy", "other"), ("office_noisy", "rear"))
+        for world, session in drives if not self.args.worlds else [(w, s) for w in WORLDS for s in WORLDS[w][0]]:
             source = f"{self.args.data}/{world}/{session}"
             stamps, poses = read_poses(f"{source}/poses.txt")
             truth = read_poses(f"{source}/groundtruth.txt")[1]
@@ -245,9 +253,9 @@ class Trials:
                                "--trajectory", trajectory, "--json", "-q")
                 for line in out.stdout.splitlines():
                     self.judge(world, flag, kind, json.loads(line), truth)
-                if not os.path.exists(trajectory):
-                    continue
                 stamps = read_poses(f"{folder}/poses.txt")[0]
+                if not os.path.exists(trajectory) or stamps is None:
+                    continue
                 off = [np.linalg.norm(T[:3, 3] - truth[int(np.argmin(np.abs(np.array(stamps) - s)))][:3, 3])
                        for s, T in zip(*read_poses(trajectory))]
                 bad = sum(o > tolerance for o in off)
@@ -264,7 +272,15 @@ def main():
     parser.add_argument("--only", default="", help="faults whose name has this in it")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--what", default="localize,fuse,windows")
-    trials = Trials(parser.parse_args())
+    parser.add_argument("--worlds", nargs="*", metavar="WORLD:SESSIONS:FRAMES[:room]",
+                        help="folders of --data with a recording `forward` each, instead of the usual ones")
+    args = parser.parse_args()
+    if args.worlds:
+        WORLDS.clear()
+        for world, sessions, frames, *room in (spec.split(":") for spec in args.worlds):
+            WORLDS[world] = (sessions.split(","), int(frames))
+            ROOMS.update([world] if room else [])
+    trials = Trials(args)
     for what in trials.args.what.split(","):
         getattr(trials, what)()
     print("\n| what | fault | right | WRONG | refused | error |\n|---|---|---|---|---|---|")

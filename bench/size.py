@@ -17,12 +17,12 @@ ROOMS = {
     "include": (["include/xview"], 2600, None),
     "base": (["src/base"], 3200, None),
     "process": (["src/process"], 1000, None),
-    "place": (["src/place"], 7200, 8110),
+    "place": (["src/place"], 7200, 8105),
     "search": (["src/search"], 5400, 5920),
     "match": (["src/match"], 1300, None),
     "pose": (["src/pose"], 2800, None),
     "verdict": (["src/verdict"], 900, None),
-    "localizer": (["src/localizer"], 3300, 3540),
+    "localizer": (["src/localizer"], 3300, 3460),
     "map": (["src/map"], 4000, None),
     "compare": (["src/compare"], 2100, 2330),
     "io": (["src/io"], 5500, None),
@@ -32,10 +32,10 @@ ROOMS = {
     "view": (["src/view"], 2400, None),
     "eval": (["src/eval"], 600, None),
     "sim": (["src/sim"], 4100, None),
-    "pcd_tools": (["pcd_tools"], 8000, 10880),
+    "pcd_tools": (["pcd_tools"], 8000, 10845),
 }
 PUBLIC_HEADERS = 22
-ALL, ALL_LIMIT = 50000, 57800  # without the simulator
+ALL, ALL_LIMIT = 50000, 57920  # without the simulator
 
 
 def sources(path):

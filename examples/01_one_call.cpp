@@ -7,7 +7,7 @@
 
 int main(int argc, char** argv) try {
   if (argc != 3) return std::cerr << "01_one_call MAP.xvm RECORDING\n", 2;
-  const xview::Localizer localizer(xview::map::openToLocalize(argv[1]));
+  const xview::Localizer localizer(xview::map::openMap(argv[1]));
   const auto recording = xview::io::openRecording(argv[2]);
   const xview::Localization fix = localizer.localize(*recording);
   std::cout << toString(fix.status) << ", confidence " << fix.confidence << ": " << fix.reason

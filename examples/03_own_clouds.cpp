@@ -22,7 +22,7 @@ pcl::PointCloud<pcl::PointXYZL> read(const std::string& path) {
 
 int main(int argc, char** argv) try {
   if (argc != 3) return std::cerr << "03_own_clouds MAP.xvm CLOUD.pcd\n", 2;
-  const xview::Localizer localizer(xview::map::openToLocalize(argv[1]));
+  const xview::Localizer localizer(xview::map::openMap(argv[1]));
   const xview::LabelSet& labels = localizer.labels();
   const xview::Localization fix = localizer.localize(read(argv[2]), labels);
   // Several scans of a drive, each in the frame of the sensor and with its pose:

@@ -8,7 +8,7 @@
 
 int main(int argc, char** argv) try {
   if (argc < 3) return std::cerr << "05_follow MAP.xvm RECORDING [WINDOW]\n", 2;
-  const xview::Localizer localizer(xview::map::openToLocalize(argv[1]));
+  const xview::Localizer localizer(xview::map::openMap(argv[1]));
   const auto driver = xview::io::openRecording(argv[2]);
   const int window = argc > 3 ? std::stoi(argv[3]) : 0;  // frames per query; 0 = by the sensor
   xview::Follower follower(localizer, {window});

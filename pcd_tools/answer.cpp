@@ -41,47 +41,37 @@ enum class Written {
   if_asked
 };
 
-/// Key of a statistic, and its former one, which is written beside it until 0.4 and read as well.
-struct StatisticName {
-  const char* now;
-  const char* before;
-
-  explicit StatisticName(const char* name, const char* old = nullptr) : now(name), before(old) {}
-};
-
 /// visit(name, value, written) for the statistics of a verdict, in the order of the file.
 template <class Values, class Visit>
 void forEachStatistic(Values& s, Visit&& visit) {
   using Of = DenseEvidence::Of;
-  using Name = StatisticName;
   auto& dense = s.dense;
   bool registered = dense.registered(), views = dense.of == Of::views;
-  visit(Name("likelihood_margin", "lead"), s.likelihood_margin, Written::always);
-  visit(Name("score_ratio", "agreement"), s.score_ratio, Written::always);
-  visit(Name("vertex_inlier_ratio"), s.vertex_inlier_ratio, Written::if_asked);
-  visit(Name("registered"), registered, Written::always);
-  visit(Name("converged", "settled"), dense.converged, Written::always);
-  visit(Name("views"), views, Written::always);
+  visit("likelihood_margin", s.likelihood_margin, Written::always);
+  visit("score_ratio", s.score_ratio, Written::always);
+  visit("vertex_inlier_ratio", s.vertex_inlier_ratio, Written::if_asked);
+  visit("registered", registered, Written::always);
+  visit("converged", dense.converged, Written::always);
+  visit("views", views, Written::always);
   if constexpr (!std::is_const_v<Values>)
     dense.of = !registered ? Of::nothing : views ? Of::views : Of::points;
-  visit(Name("aerial"), dense.aerial, Written::now);
-  visit(Name("narrow"), dense.narrow, Written::now);
-  visit(Name("indoors"), dense.indoors, Written::now);
-  visit(Name("of_surfaces"), s.of_surfaces, Written::now);
-  visit(Name("inlier_ratio", "dense"), dense.inlier_ratio, Written::always);
-  visit(Name("null_inlier_ratio", "by_chance"), dense.null_inlier_ratio, Written::always);
-  visit(Name("map_coverage", "known"), s.map_coverage, Written::now);
-  visit(Name("dense_margin", "margin"), s.dense_margin, Written::now);
-  visit(Name("wrong_place_above_null", "null_excess"), s.wrong_place_above_null, Written::now);
-  visit(Name("wrong_place_miss_ratio", "null_missing"), s.wrong_place_miss_ratio, Written::now);
-  visit(Name("sigma_m"), s.sigma_m, Written::now);
-  visit(Name("conflict_ratio", "contradicted"), dense.conflict_ratio, Written::if_asked);
-  visit(Name("obstacle_overlap", "standing"), dense.obstacle_overlap, Written::if_asked);
-  visit(Name("map_overlap", "shown"), dense.map_overlap, Written::if_asked);
-  visit(Name("miss_ratio", "missing"), dense.miss_ratio, Written::if_asked);
-  visit(Name("self_consistency", "of_itself"), dense.self_consistency, Written::if_asked);
-  visit(Name("free_space_violation", "seen_through"), dense.free_space_violation,
-        Written::if_asked);
+  visit("aerial", dense.aerial, Written::now);
+  visit("narrow", dense.narrow, Written::now);
+  visit("indoors", dense.indoors, Written::now);
+  visit("of_surfaces", s.of_surfaces, Written::now);
+  visit("inlier_ratio", dense.inlier_ratio, Written::always);
+  visit("null_inlier_ratio", dense.null_inlier_ratio, Written::always);
+  visit("map_coverage", s.map_coverage, Written::now);
+  visit("dense_margin", s.dense_margin, Written::now);
+  visit("wrong_place_above_null", s.wrong_place_above_null, Written::now);
+  visit("wrong_place_miss_ratio", s.wrong_place_miss_ratio, Written::now);
+  visit("sigma_m", s.sigma_m, Written::now);
+  visit("conflict_ratio", dense.conflict_ratio, Written::if_asked);
+  visit("obstacle_overlap", dense.obstacle_overlap, Written::if_asked);
+  visit("map_overlap", dense.map_overlap, Written::if_asked);
+  visit("miss_ratio", dense.miss_ratio, Written::if_asked);
+  visit("self_consistency", dense.self_consistency, Written::if_asked);
+  visit("free_space_violation", dense.free_space_violation, Written::if_asked);
 }
 
 template <class Value>
@@ -232,10 +222,9 @@ Answer answerFrom(const std::string& line) {
   answer.make = json.value("make", "");
   if (const auto s = json.find("statistics"); s != json.end()) {
     answer.whole_statistics = true;
-    forEachStatistic(answer.fix.statistics, [&](StatisticName name, auto& value, Written written) {
-      const char* key = name.before && !s->contains(name.now) ? name.before : name.now;
-      const bool is_there = s->contains(key);
-      if (written == Written::always || is_there) read(*s, key, value);
+    forEachStatistic(answer.fix.statistics, [&](const char* name, auto& value, Written written) {
+      const bool is_there = s->contains(name);
+      if (written == Written::always || is_there) read(*s, name, value);
       if (written == Written::now) answer.whole_statistics &= is_there;
     });
     // Older programs did not write it; it decides where nothing was registered.
@@ -295,14 +284,9 @@ std::string toJson(const Answer& answer) {
   json["witnesses"] = {{"place", fix.witnesses.place},
                        {"correspondences", fix.witnesses.correspondences},
                        {"dense", fix.witnesses.dense}};
-  const auto writeStatistic = [&](StatisticName name, const auto& value, Written /*written*/) {
-    write(json["statistics"], name.before ? name.before : name.now, value);
-  };
-  const auto writeBeside = [&](StatisticName name, const auto& value, Written /*written*/) {
-    if (name.before) write(json["statistics"], name.now, value);
-  };
-  forEachStatistic(fix.statistics, writeStatistic);
-  forEachStatistic(fix.statistics, writeBeside);
+  forEachStatistic(fix.statistics, [&](const char* name, const auto& value, Written) {
+    write(json["statistics"], name, value);
+  });
   json["size"] = answer.size;
   json["map"] = answer.map;
   json["T_map_query"] =

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "localizer/tracker.h"
 #include "xview/base/localization.h"
 #include "xview/io/pose_files.h"
 #include "xview/sequence.h"
-#include "localizer/tracker.h"
 
 namespace xview::tools {
 

@@ -169,7 +169,7 @@ class DiffCommand final : public Command {
                                   const Job& job) const {
     QueryInput input = openQuery(path, input_, job, earlier.labels);
     if (input.labels.name() == kShapes && earlier.labels.name() != kShapes)
-      reduceToShapes(io::shippedLabelSet(kShapes), earlier);
+      map::reduceToShapes(io::shippedLabelSet(kShapes), earlier);
     const Localizer localizer(map::borrowed(earlier), job.options, input.options.class_names);
     std::string refusal;
     std::optional<PlacedVisit> found = placeVisit(input, localizer, job, refusal);

@@ -66,7 +66,7 @@ class FollowCommand final : public Command {
     requireValid(job.limits = limits_);
     if (risk_ != 0) acceptAtRisk("--risk", risk_, job.options.verdict);
     removeStale(initial_pose_, job.narrate, kUntilItIsFound);
-    const map::SemanticMap map = readMapToLocalize(job.operands.back(), input_, job);
+    const map::SemanticMap map = readMap(job.operands.back(), input_, job);
     job = inMap(job, map);
     const Localizer localizer(map::borrowed(map), job.options, input_.parsed().class_names);
     Follower follower(localizer, {window_, stride_});

@@ -7,6 +7,7 @@
 #include "base/user_text.h"
 #include "consistency_checks.h"
 #include "inputs.h"
+#include "map/contents.h"
 #include "map_changes.h"
 #include "outputs.h"
 #include "placed_visit.h"
@@ -59,7 +60,7 @@ class FuseCommand final : public Command {
     requireWritable(target);
     const map::MapLock lock(path);
     MapDraft draft(target, path);
-    map::SemanticMap map = map::openToGrow(path);
+    map::SemanticMap map = map::openMap(path);
     Job job = inMap(given, map);
     requireValid(job.limits = limits_);
     Stopwatch watch;
@@ -73,6 +74,7 @@ class FuseCommand final : public Command {
       fmt::print("{}: not found, map left as it is: {}\n", printable(query), printable(refusal));
       return kNoPose;
     }
+    map::unpackVertices(map);
     const std::size_t before = map.graph.size();
     const map::Visit visit = additionOf(*placed, input, input_, map, job);
     if (!force_) requireFits(map, path, visit.place, job);

@@ -166,7 +166,7 @@ void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels
 }
 
 void printMap(Sheet& sheet, const std::string& path) {
-  map::SemanticMap map = map::openToLocalize(path);
+  map::SemanticMap map = map::openMap(path);
   const std::size_t samples =
       map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount();
   sheet.row("version",
@@ -264,7 +264,7 @@ class Meeting {
   Meeting(const InputFlags& input, const Job& given) : input_(input), job_(given) {
     job_.narrate =
         Narrative({[this](const std::string& note) { notes_.push_back(note); }, nullptr});
-    map_ = readMap(job_.operands[1], input_, job_);
+    map_ = readWholeMap(job_.operands[1], input_, job_);
     job_ = inMap(std::move(job_), map_);
     query_ = readQuery(job_.operands[0], input_, job_, map_.labels, kLastMetres);
     logOwnDrive(map_, query_.path, query_.poses(), job_.narrate);

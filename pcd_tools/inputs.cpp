@@ -221,16 +221,14 @@ void requireNotEmpty(const map::SemanticMap& map, const std::string& path) {
     throw Error(path, "the map is empty; build it of a recording that sees something");
 }
 
-namespace {
-
-map::SemanticMap readMapWith(map::SemanticMap (*open)(const std::string&), const std::string& path,
-                             const InputFlags& input, const Job& job) {
+map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {
   Stopwatch watch;
   io::InputOptions whole = input.parsed();
   whole.frames = {};  // --frames speaks of the query
   if (!input.mapLabels().empty()) whole.labels = input.mapLabels();
-  map::SemanticMap map =
-      chooseKind(path, whole, job) == io::InputKind::map ? open(path) : mapOf(path, whole, job);
+  map::SemanticMap map = chooseKind(path, whole, job) == io::InputKind::map
+                             ? map::openMap(path)
+                             : mapOf(path, whole, job);
   requireNotEmpty(map, path);
   job.narrate.stage("map", watch.lap_ms(),
                     fmt::format("{}: {} vertices, {} key frames, {} points", path,
@@ -238,20 +236,9 @@ map::SemanticMap readMapWith(map::SemanticMap (*open)(const std::string&), const
   return map;
 }
 
-}  // namespace
-
-map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {
-  return readMapWith(map::openMap, path, input, job);
-}
-
-map::SemanticMap readMapToLocalize(const std::string& path, const InputFlags& input,
-                                   const Job& job) {
-  return readMapWith(map::openToLocalize, path, input, job);
-}
-
 map::SemanticMap readWholeMap(const std::string& path, const InputFlags& input, const Job& job) {
   map::SemanticMap map = readMap(path, input, job);
-  map::unpackPoints(map);
+  map::unpack(map);
   return map;
 }
 

@@ -85,13 +85,10 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
 /// Throws Error with the path if nothing can be found in the map.
 void requireNotEmpty(const map::SemanticMap& map, const std::string& path);
 
-/// The MAP operand: a map file, or anything a map can be built of on the fly. Points of a file stay
-/// packed (map::openMap).
+/// The MAP operand: a map file, of which much stays packed (map::openMap), or anything a map can be
+/// built of on the fly.
 map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job);
-/// The same for a Localizer: the view of a large map stays packed, too (map::openToLocalize).
-map::SemanticMap readMapToLocalize(const std::string& path, const InputFlags& input,
-                                   const Job& job);
-/// The same with all its points, to draw or compare them.
+/// The same with all of it in memory, to draw or compare it.
 map::SemanticMap readWholeMap(const std::string& path, const InputFlags& input, const Job& job);
 
 /// A QUERY operand: what a map, a graph or a recording holds, or a recording yet to be cut.

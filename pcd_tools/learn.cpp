@@ -71,7 +71,7 @@ class LearnCommand final : public Command {
                        " is a map: the operands are RECORDING... MAP OUT.txt, OUT.txt comes last");
     }
     AtomicFile out(job.operands.back());
-    const map::SemanticMap map = readMap(job.operands[job.operands.size() - 2], input_, job);
+    const map::SemanticMap map = readWholeMap(job.operands[job.operands.size() - 2], input_, job);
     const Job sized = inMap(job, map);
     search::LikelihoodTable learned;
     for (std::size_t i = 0; i + 2 < job.operands.size(); ++i)

@@ -226,7 +226,7 @@ class LocalizeCommand final : public Command {
   /// Without a map there is no pose, and none of an earlier run stays.
   map::SemanticMap readMap(const Job& job) {
     try {
-      return readMapToLocalize(job.operands.back(), input_, job);
+      return tools::readMap(job.operands.back(), input_, job);
     } catch (const std::exception&) {
       files_.removeOld(queriesOf(job), job, true);
       throw;

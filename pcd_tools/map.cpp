@@ -53,7 +53,7 @@ class MapCommand final : public Command {
     if (join_) return {};
     if (!append_ || !std::filesystem::exists(out))
       return {openRecordings(inputs, nullptr, job, [](const auto&...) {}), job.options};
-    const map::SemanticMap map = map::openToLocalize(out);
+    const map::SemanticMap map = map::openMap(out);
     const Job sized = inMap(job, map);
     return {openRecordings(inputs, &map.labels, sized, [](const auto&...) {}), sized.options};
   }
@@ -101,7 +101,8 @@ class MapCommand final : public Command {
   ExitCode appendAll(const std::vector<std::string>& inputs, const std::string& out,
                      const Job& given) {
     Stopwatch watch;
-    map::SemanticMap map = map::openToGrow(out);
+    map::SemanticMap map = map::openMap(out);
+    map::unpackVertices(map);
     const Job job = inMap(given, map);
     MapDraft draft(out, out);
     for (map::SemanticMap& part : build(inputs, &map.labels, job)) {
@@ -122,7 +123,8 @@ class MapCommand final : public Command {
                    const Job& given) {
     Stopwatch watch;
     const bool onto = append_ && std::filesystem::exists(out);
-    map::SemanticMap map = onto ? map::openToGrow(out) : readMap(inputs.front(), input_, given);
+    map::SemanticMap map = onto ? map::openMap(out) : readMap(inputs.front(), input_, given);
+    map::unpackVertices(map);
     const Job job = inMap(given, map);
     MapDraft draft = onto ? MapDraft(out, out) : MapDraft(out, map);
     std::vector<std::string> waiting(inputs.begin() + (onto ? 0 : 1), inputs.end());

@@ -71,7 +71,7 @@ std::vector<Addition> additionsSince(const std::string& path, const std::string&
     later.insert(later.begin(), {revisions[i], map::loadVisit(path, i)});
     if (isAmong(later.front().visit.place.sources, source)) return later;
   }
-  const std::vector<std::string> sources = map::openToLocalize(path).sources;
+  const std::vector<std::string> sources = map::openMap(path).sources;
   if (isAmong(sources, source))
     throw Error(path,
                 source + " is one of those that the map was begun with; make it again without it");
@@ -104,7 +104,7 @@ ExitCode undoLast(const std::string& path) {
   const std::vector<map::Revision> revisions = map::readRevisions(path);
   if (!map::undoRevision(path)) throw Error(path, "nothing to undo: no change of it is on record");
   fmt::print("{}: taken back: {}; {} vertices\n", path, printable(revisions.back().note),
-             map::vertexCount(map::openToLocalize(path)));
+             map::vertexCount(map::openMap(path)));
   return kDone;
 }
 
@@ -115,7 +115,7 @@ ExitCode takeOut(const std::string& path, const std::string& source, const Job& 
   const auto copy = copyOf(path, path);
   const std::string& without = copy->temporaryPath();
   for (std::size_t i = 0; i < later.size(); ++i) map::undoRevision(without);
-  map::SemanticMap map = map::openToGrow(without);
+  map::SemanticMap map = map::openMap(without);
   map::MapChanges changes(without);
   const Options options = inMap(job, map).options;
   for (std::size_t i = 1; i < later.size(); ++i) {
@@ -124,7 +124,7 @@ ExitCode takeOut(const std::string& path, const std::string& source, const Job& 
   }
   changes.commit();
   putInPlace(*copy, path);
-  fmt::print("{}: without {}, {} vertices\n", path, printable(source), map.graph.size());
+  fmt::print("{}: without {}, {} vertices\n", path, printable(source), map::vertexCount(map));
   return kDone;
 }
 

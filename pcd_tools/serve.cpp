@@ -153,7 +153,7 @@ class ServeCommand final : public Command {
 
   void load() {
     Stopwatch watch;
-    map::SemanticMap map = readMapToLocalize(job_->operands[0], input_, *job_);
+    map::SemanticMap map = readMap(job_->operands[0], input_, *job_);
     auto loaded = std::make_shared<const LoadedMap>(std::move(map), *job_,
                                                     input_.parsed().class_names, watch.lap_ms());
     const std::lock_guard<std::mutex> lock(map_mutex_);

@@ -11,8 +11,8 @@
 #include "places.h"
 #include "windows.h"
 #include "xview/base/error.h"
+#include "xview/follower.h"
 #include "xview/localizer.h"
-#include "localizer/tracker.h"
 
 namespace xview::python {
 namespace {
@@ -90,12 +90,12 @@ std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recordin
 }
 
 /// A robot that is followed, and the answers to it.
-class Follower {
+class FollowedRobot {
  public:
-  Follower(Seeker seeker, std::size_t window)
+  FollowedRobot(Seeker seeker, int window)
       : seeker_(std::move(seeker)),
-        window_(window),
-        tracker_(*seeker_.localizer, seeker_.options, window) {}
+        window_(static_cast<std::size_t>(window)),
+        follower_(*seeker_.localizer, {window, window}) {}
 
   std::optional<Fix> add(const py::object& points, const py::object& T_odom_sensor,
                          const py::object& stamp, const py::object& labels,
@@ -107,41 +107,51 @@ class Follower {
     const Recording recording = source.recording(&seeker_.map->labels);
     Work work(seeker_.options);
     const LabelSet known = labels.is_none() ? LabelSet() : recording.source->labels();
-    const Budget budget(seeker_.limits);
-    std::optional<TrackAnswer> track;
-    const auto cut = released([&] {
-      return cutByBudget([&] {
+    FollowAnswer follow = released([&] {
+      return follower_.withinBudget(seeker_.limits, [&] {
         Frame frame = recording.source->read(0);
         frame.number = static_cast<std::int64_t>(added_);
         frame.stamp_s = stamp_s;
-        track = tracker_.add(frame, known);
+        return follower_.add(std::move(frame), known);
       });
     });
     ++added_;
-    if (cut) track.emplace().fix = *cut;
-    if (!track) return std::nullopt;
-    return answered(std::move(*track), stamp_s, budget.exhausted(), work);
+    if (added_ % window_ != 0 && follow.budget_exhausted.empty()) return std::nullopt;
+    return answered(std::move(follow), stamp_s, work);
   }
 
  private:
-  Fix answered(TrackAnswer track, double stamp_s, std::string budget_exhausted, Work& work) const {
+  /// What the window says, with the pose and the doubts of all that was seen before.
+  Fix answered(FollowAnswer follow, double stamp_s, Work& work) const {
     tools::Answer answer = seeker_.unanswered;
     answer.input = "tracker";
-    answer.budget_exhausted = std::move(budget_exhausted);
+    answer.budget_exhausted = std::move(follow.budget_exhausted);
     answer.frames = added_;
     answer.used_from = added_ - std::min(window_, added_);
     answer.last_index = added_ - 1;
     answer.first_frame = static_cast<std::int64_t>(answer.used_from);
     answer.last_frame = static_cast<std::int64_t>(answer.last_index);
     answer.last_stamp_s = stamp_s;
-    answer.track = std::move(track);
-    answer.fix = std::move(answer.track->fix);
+    if (follow.window) answer.fix = std::move(*follow.window);
+    answer.track =
+        TrackAnswer{{}, follow.was_expected, follow.state == FollowAnswer::State::lost, 0};
+    if (follow.found()) {
+      answer.fix.status = Status::accepted;
+      answer.fix.T_map_sensor = follow.T_map_sensor;
+      answer.fix.T_map_query = follow.T_map_odom;
+      answer.fix.covariance = follow.covariance;
+      answer.fix.confidence = follow.confidence;
+      answer.fix.reason = follow.reason;
+    } else if (answer.fix.accepted() || answer.fix.reason.empty()) {
+      answer.fix.status = Status::rejected;
+      answer.fix.reason = follow.reason;
+    }
     return finished(std::move(answer), Sensor::lidar, work);
   }
 
   Seeker seeker_;
   std::size_t window_, added_ = 0;
-  Tracker tracker_;
+  Follower follower_;
 };
 
 py::list hypothesesOf(const Localization& fix) {
@@ -327,15 +337,17 @@ void bindLocalize(py::module_& module) {
       .def_property_readonly(
           "classes", [](const Seeker& s) { return namesOf(s.map->labels); },
           "Class ids and names of the map.");
-  py::class_<Follower>(module, "Tracker",
-                       "Follows a robot from fix to fix: the last accepted pose and the odometry "
-                       "since then say where the next query is expected.")
+  py::class_<FollowedRobot>(
+      module, "Tracker",
+      "Follows a robot, as `xview follow` does: scans speak together until it is found; then the "
+      "odometry says where it is expected, and doubts add up. A jump of the odometry, a scan that "
+      "does not fit, or 20 m without an accepted window lose it.")
       .def(py::init([](const Seeker& localizer, int window) {
              if (window < 1) throw UsageError(fmt::format("window = {}, must be >= 1", window));
-             return std::make_unique<Follower>(localizer, static_cast<std::size_t>(window));
+             return std::make_unique<FollowedRobot>(localizer, window);
            }),
            py::arg("localizer"), py::arg("window") = 1, "window: number of frames of one query.")
-      .def("add", &Follower::add, py::arg("points"), py::arg("T_odom_sensor"),
+      .def("add", &FollowedRobot::add, py::arg("points"), py::arg("T_odom_sensor"),
            py::arg("stamp") = 0.0, py::arg("labels") = py::none(), py::arg("classes") = py::none(),
            "Adds a scan as it comes: points (N, 3) in the frame of the sensor [m], its odometry "
            "pose "

@@ -190,19 +190,17 @@ Map loadMap(const py::object& path) {
   result.file = result.path;
   result.file_time = timeOf(result.file).value_or(std::filesystem::file_time_type());
   Stopwatch watch;
-  result.map = released(
-      [&] { return std::make_shared<const map::SemanticMap>(map::openToLocalize(result.path)); });
+  result.map =
+      released([&] { return std::make_shared<const map::SemanticMap>(map::openMap(result.path)); });
   result.load_ms = watch.lap_ms();
   return result;
 }
 
 const map::SemanticMap& unpacked(Map& map) {
-  if (map.map->packed || map.map->stored_view || map.map->stored_vertices) {
+  if (map::isPacked(*map.map)) {
     map.map = released([&] {
       auto whole = std::make_shared<map::SemanticMap>(*map.map);
-      map::unpackPoints(*whole);
-      map::unpackView(*whole);
-      map::unpackVertices(*whole);
+      map::unpack(*whole);
       return whole;
     });
   }

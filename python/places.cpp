@@ -11,16 +11,6 @@
 namespace xview::python {
 namespace {
 
-/// A recording that others hold as well.
-class SharedRecording final : public ForwardingSource {
- public:
-  explicit SharedRecording(std::shared_ptr<FrameSource> source)
-      : ForwardingSource(*source), source_(std::move(source)) {}
-
- private:
-  std::shared_ptr<FrameSource> source_;
-};
-
 io::InputOptions inputOptions(const std::string& labels, const std::string& frames,
                               const std::string& kind, const std::string& label_field,
                               const std::string& instance_field, const std::string& mount,
@@ -88,7 +78,7 @@ Recording Source::recording(const LabelSet* known) const {
 }
 
 std::unique_ptr<FrameSource> ownedSource(std::shared_ptr<FrameSource> source) {
-  return std::make_unique<SharedRecording>(std::move(source));
+  return std::make_unique<ForwardingSource>(std::move(source));
 }
 
 std::unique_ptr<FrameSource> placeSource(const Recording& recording, const LabelSet* labels,

@@ -36,7 +36,7 @@ std::shared_ptr<const Place> withEdges(const Place& place);
 /// A map, which may be in a file. What is appended makes another one, so that whoever localizes in
 /// the former is not disturbed.
 struct Map {
-  std::shared_ptr<const map::SemanticMap> map;  ///< of a file as map::openToLocalize() has it
+  std::shared_ptr<const map::SemanticMap> map;  ///< of a file as map::openMap() has it
   std::string path;                             ///< that it was read from, or built of
   bool is_file = false;                         ///< the path holds what `map` is
   double load_ms = 0;

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "xview/localizer.h"
@@ -29,6 +30,9 @@ struct FollowAnswer {
   double confidence = 0;                   ///< chance that the pose is right, in [0, 1]
   std::string reason;
   std::string budget_exhausted{};  ///< Budget::exhausted()
+  /// What the window that ends with this frame says by itself; none between windows.
+  std::optional<Localization> window{};
+  bool was_expected = false;  ///< the window was accepted where odometry expects it
 
   bool found() const { return state == State::found; }
 };

@@ -66,7 +66,7 @@ struct PoseCheck {
 /// has no pose or holds what is no number, where a pose is no rigid motion or lies 1e8 m or more
 /// away, and after the localizer was moved from.
 ///
-///     const xview::Localizer localizer(xview::map::openToLocalize("town.xvm"));
+///     const xview::Localizer localizer(xview::map::openMap("town.xvm"));
 ///     const xview::Localization fix = localizer.localize(cloud);  // pcl::PointCloud<PointT>
 ///     if (fix.accepted()) use(fix.T_map_query);                   // p_map = T_map_query * p_query
 class Localizer {

@@ -214,7 +214,7 @@ class Localizer:
     def classes(self) -> dict[int, str]: ...
 
 class Tracker:
-    """Follows a robot from fix to fix."""
+    """Follows a robot, as `xview follow` does."""
 
     def __init__(self, localizer: Localizer, window: int = 1) -> None: ...
     def add(

@@ -205,12 +205,6 @@ Place translated(Place place, const LabelMatch& match) {
   return place;
 }
 
-TranslatedRecording::TranslatedRecording(std::unique_ptr<FrameSource> source, LabelMatch match)
-    : ForwardingSource(*source), owned_(std::move(source)), match_(std::move(match)) {}
-
-TranslatedRecording::TranslatedRecording(const FrameSource& source, LabelMatch match)
-    : ForwardingSource(source), match_(std::move(match)) {}
-
 std::string TranslatedRecording::describeUnknown(std::uint32_t label) const {
   const std::string name = match_.nameOfAlone(label);
   if (name.empty()) return ForwardingSource::describeUnknown(label);

@@ -71,9 +71,10 @@ Place translated(Place place, const LabelMatch& match);
 /// The same frames in the classes of another set.
 class TranslatedRecording final : public ForwardingSource {
  public:
-  TranslatedRecording(std::unique_ptr<FrameSource> source, LabelMatch match);
-  /// The recording must outlive this object.
-  TranslatedRecording(const FrameSource& source, LabelMatch match);
+  /// `source`: as of a ForwardingSource.
+  template <class Source>
+  TranslatedRecording(Source&& source, LabelMatch match)
+      : ForwardingSource(std::forward<Source>(source)), match_(std::move(match)) {}
 
   Frame read(std::size_t index) const override;
   const LabelSet& labels() const override { return match_.to(); }
@@ -81,7 +82,6 @@ class TranslatedRecording final : public ForwardingSource {
   std::string describeUnknown(std::uint32_t label) const override;
 
  private:
-  std::unique_ptr<FrameSource> owned_;
   LabelMatch match_;
 };
 

@@ -354,11 +354,12 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
 }
 
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Options& in_metres) {
-  if (given.stored_points) {
+  if (map::isPacked(given)) {
     map::SemanticMap whole = given;
-    map::unpackPoints(whole);
+    map::unpack(whole);
     return appendToMap(map, whole, in_metres);
   }
+  map::unpackVertices(map);
   const LabelMatch match = requireCommonClasses(given.labels, nameOf(given), map.labels);
   if (!match.changesNothing()) {
     map::SemanticMap same = given;

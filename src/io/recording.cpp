@@ -276,8 +276,7 @@ void writeParts(const std::string& folder, const FrameSource& source,
 class MovedRecording final : public ForwardingSource {
  public:
   MovedRecording(std::unique_ptr<FrameSource> source, const Eigen::Affine3d& moved)
-      : ForwardingSource(*source),
-        owned_(std::move(source)),
+      : ForwardingSource(std::shared_ptr<const FrameSource>(std::move(source))),
         moved_(moved),
         scale_(std::cbrt(moved.linear().determinant())) {}
   Eigen::Isometry3d pose(std::size_t index) const override {
@@ -308,7 +307,6 @@ class MovedRecording final : public ForwardingSource {
     return T;
   }
 
-  std::unique_ptr<FrameSource> owned_;
   Eigen::Affine3d moved_;
   double scale_;
 };

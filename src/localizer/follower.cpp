@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/median.h"
 #include "localizer/tracker.h"
 #include "place/shapes.h"
 #include "pose/trajectory.h"
@@ -71,6 +72,11 @@ struct Follower::State {
   FollowAnswer predicted(FollowAnswer::Source source, std::string reason) const;
   bool newestFits() const;
   bool isBlind() const;
+  FollowAnswer withWindow(FollowAnswer answer) {
+    answer.window = std::exchange(window_answer_, std::nullopt);
+    answer.was_expected = std::exchange(was_expected_, false);
+    return answer;
+  }
 
   struct Fix {
     Eigen::Isometry3d T_map_odom, T_map_sensor;
@@ -91,6 +97,8 @@ struct Follower::State {
   int since_window_ = 0;
   int failed_checks_ = 0;  ///< frames in a row that do not fit
   bool was_found_ = false;
+  std::optional<Localization> window_answer_;  ///< of the last window, until it is handed out
+  bool was_expected_ = false;
   std::optional<Eigen::Isometry3d> last_;  ///< T_odom_sensor
   std::deque<double> steps_m_;             ///< of the last frames
 };
@@ -107,10 +115,10 @@ bool Follower::State::takeStep(const Eigen::Isometry3d& T_odom_sensor) {
   const auto before = std::exchange(last_, T_odom_sensor);
   if (!before) return false;
   const double step_m = (T_odom_sensor.translation() - before->translation()).norm();
-  std::vector<double> steps(steps_m_.begin(), steps_m_.end());
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  if (step_m > kJump_m * localizer_.size() && !steps.empty() && step_m > kJumpSteps * *middle) {
+  const bool is_usual =
+      steps_m_.empty() ||
+      step_m <= kJumpSteps * medianOf(std::vector<double>(steps_m_.begin(), steps_m_.end()));
+  if (step_m > kJump_m * localizer_.size() && !is_usual) {
     steps_m_.clear();
     return true;
   }
@@ -185,6 +193,7 @@ FollowAnswer Follower::State::add(const Query& query) {
   frames_.clear();
   last_.reset();
   const Localization fix = localizer_.localize(query);
+  window_answer_ = fix;
   if (!fix.accepted()) return withoutPose(fix.reason);
   was_found_ = true;
   return {Stage::found,   Source::fix,    fix.T_map_sensor, fix.T_map_query,
@@ -225,6 +234,8 @@ FollowAnswer Follower::State::found(const Localization& fix) {
 FollowAnswer Follower::State::judge(const Query& query) {
   if (!fix_) return searched(query);
   const TrackAnswer answer = tracker_->follow(query);
+  window_answer_ = answer.fix;
+  was_expected_ = answer.local;
   if (answer.fix.accepted()) return found(answer.fix);
   if (isBudgetSpent()) return withoutPose(answer.fix.reason);
   const Eigen::Vector3d expected = (fix_->T_map_odom * *last_).translation();
@@ -249,6 +260,7 @@ FollowAnswer Follower::State::searched(const Query& query) {
     if (!sequence_) sequence_.emplace(localizer_, options_);
     fix = sequence_->add(query, taken_ - frames_.size(), taken_).fix;
   }
+  window_answer_ = fix;
   if (!fix.accepted()) return withoutPose(fix.reason);
   sequence_.reset();
   tracker_.emplace(localizer_, options_);
@@ -266,10 +278,10 @@ Follower& Follower::operator=(Follower&&) noexcept = default;
 Follower::~Follower() = default;
 
 FollowAnswer Follower::add(Frame frame, const LabelSet& labels, bool has_odometry) {
-  return state_->add(std::move(frame), labels, has_odometry);
+  return state_->withWindow(state_->add(std::move(frame), labels, has_odometry));
 }
 
-FollowAnswer Follower::add(const Query& query) { return state_->add(query); }
+FollowAnswer Follower::add(const Query& query) { return state_->withWindow(state_->add(query)); }
 
 FollowAnswer Follower::withoutPose(const std::string& reason) const {
   return state_->withoutPose(reason);

@@ -299,7 +299,7 @@ struct Localizer::CoarseIndices {
     std::unique_ptr<const PlaceIndex> index;
   };
   std::mutex mutex;
-  std::map<CommonDetail, Coarse> made;
+  std::map<map::CommonDetail, Coarse> made;
 };
 
 /// A map in canonical lengths, and the scale of its own lengths.
@@ -358,12 +358,12 @@ const map::SemanticMap& Localizer::map() const {
 }
 
 const PlaceIndex& Localizer::indexFor(const Query& query) const {
-  const CommonDetail detail = commonDetail(query.labels, map().labels);
+  const map::CommonDetail detail = map::commonDetail(query.labels, map().labels);
   if (detail.isAll()) return *index_;
   const std::lock_guard<std::mutex> lock(coarse_->mutex);
   CoarseIndices::Coarse& coarse = coarse_->made[detail];
   if (!coarse.index) {
-    coarse.map = map::reduced(*map_, reductionTo(detail, query.labels, map_->labels));
+    coarse.map = map::reduced(*map_, detail, query.labels);
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())
       options.places.likelihoods = search::kShapesInLabels;

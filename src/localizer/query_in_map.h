@@ -3,10 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <optional>
-#include <tuple>
 #include <vector>
 
-#include "map/reduced_map.h"
+#include "map/common_detail.h"
 #include "search/field.h"
 #include "xview/base/semantic_place.h"
 #include "xview/localizer.h"
@@ -46,34 +45,8 @@ Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up);
 /// lie on the ground below them, so what stands h metres above it is drawn h * sin(angle) away.
 Query tiltedQuery(const Query& query, const Eigen::Quaterniond& R);
 
-/// Detail of classes that a query and a map with different label sets have in common. Classes of
-/// one of them alone are left out of both: they would count as missing everywhere, and favour
-/// places of the map with few of them.
-struct CommonDetail {
-  bool shapes = false;      ///< the query knows shapes only, the map does not
-  bool one_ground = false;  ///< one of them lacks a kind of ground that the other has: what it
-                            ///< calls that ground instead is not known
-  bool one_wall = false;    ///< fences are walls like those of houses
-  bool one_post = false;    ///< signs and lights are poles
-  std::uint32_t gone = 0;   ///< channels that one of them has no class for; bit = BevChannel
-
-  bool isAll() const { return *this == CommonDetail{}; }
-  bool operator==(const CommonDetail& o) const { return tied() == o.tied(); }
-  bool operator<(const CommonDetail& o) const { return tied() < o.tied(); }
-
- private:
-  std::tuple<bool, bool, bool, bool, std::uint32_t> tied() const {
-    return {shapes, one_ground, one_wall, one_post, gone};
-  }
-};
-CommonDetail commonDetail(const LabelSet& query, const LabelSet& map);
-
 /// Sorted, one per cell: a measured one if there is one, else the first.
 std::vector<GroundCell> onePerCell(std::vector<GroundCell> cells);
-
-/// Leaves the detail in a map that it has in common with queries.
-map::Reduction reductionTo(const CommonDetail& detail, const LabelSet& of_query,
-                           const LabelSet& of_map);
 
 /// A query in the classes of a map that mean the same, and at canonical scale, as all that an
 /// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths
@@ -104,9 +77,5 @@ Eigen::Vector3d middleOf(const Query& query);
 /// The gravity-aligned pose that heads the same way and puts a point of the query in the same
 /// place.
 Eigen::Isometry3d alignedAbout(const Eigen::Vector3d& point, const Eigen::Isometry3d& T);
-
-/// A place with the classes of `shapes` instead of its own, by their kinds: what a raw query can
-/// be compared with.
-void reduceToShapes(const LabelSet& shapes, Place& place);
 
 }  // namespace xview

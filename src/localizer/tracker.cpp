@@ -38,24 +38,6 @@ double travelledSince(const Eigen::Isometry3d& T_query_sensor,
 
 }  // namespace
 
-Tracker::Tracker(const Localizer& localizer, const Options& options, std::size_t window)
-    : localizer_(localizer), options_(options), window_(window) {
-  if (window == 0) throw UsageError("window = 0, must be >= 1");
-}
-
-std::optional<TrackAnswer> Tracker::add(const Frame& frame, const LabelSet& labels) {
-  std::optional<TrackAnswer> answer;
-  const auto cut = cutByBudget([&] {
-    frames_.push_back(localizer_.preprocess(frame, labels));
-    ++added_;
-    if (frames_.size() < window_) return;
-    const std::vector<PreprocessedFrame> frames = std::exchange(frames_, {});
-    answer = follow(localizer_.query(frames, labels));
-  });
-  if (cut) answer.emplace().fix = *cut;
-  return answer;
-}
-
 std::optional<ExpectedPose> Tracker::expectation(const Query& query) {
   if (!fix_) return std::nullopt;
   const OdometryOptions& odometry = options_.odometry;

@@ -53,6 +53,17 @@ void unpackPoints(SemanticMap& map);
 /// The same for the columns of 64 m in which `near` has points.
 void unpackPointsAround(const LabelledCloud& near, SemanticMap& map);
 
+/// Whether something of it is packed.
+inline bool isPacked(const SemanticMap& map) {
+  return map.stored_points || map.stored_view || map.stored_vertices;
+}
+/// Moves all that is packed to where that of a map is. Throws Error.
+inline void unpack(SemanticMap& map) {
+  unpackPoints(map);
+  unpackView(map);
+  unpackVertices(map);
+}
+
 /// The packed points of a map; null if there are none.
 const StoredCloud* storedPoints(const SemanticMap& map);
 std::size_t pointCount(const SemanticMap& map);

@@ -490,19 +490,13 @@ std::vector<VertexBlock> readVertexBlocks(ContentReader& in, std::uint64_t annou
   return blocks;
 }
 
-void unpackGraph(std::vector<VertexBlock> vertices, const std::vector<EdgeBlock>& edges,
-                 std::uint64_t file_bytes, Purpose purpose, SemanticMap& map) {
-  std::uint64_t count = map.graph.size();
+void unpackGraph(const std::vector<VertexBlock>& vertices, const std::vector<EdgeBlock>& edges,
+                 std::uint64_t file_bytes, SemanticMap& map) {
+  std::uint64_t count = 0;
   for (const VertexBlock& block : vertices) count += block.vertices;
-  // The vertices of a drive that is added have room beside them. Almost all take more bytes than
-  // this; no more is believed before they are there.
-  map.graph.vertices.reserve(std::min<std::uint64_t>(count + count / 16, file_bytes / 16));
-  const auto packed = purpose == Purpose::grow ? std::make_shared<PackedVertices>() : nullptr;
-  for (VertexBlock& block : vertices) {
-    appendVertices(block, map.graph.vertices);
-    if (packed) packed->add(std::move(block), map.graph.vertices);
-  }
-  map.packed_vertices = packed;
+  // Almost all vertices take more bytes than this; no more is believed before they are there.
+  map.graph.vertices.reserve(std::min<std::uint64_t>(count, file_bytes / 16));
+  for (const VertexBlock& block : vertices) appendVertices(block, map.graph.vertices);
   if (map.graph.edge_radius_m == 0) setEdges(edges, map.graph);
 }
 
@@ -527,7 +521,7 @@ bool isOfView(const search::PathNull& null, const Meta& meta) {
 }
 
 void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
-              const std::string& file, Purpose purpose, SemanticMap& map) {
+              const std::string& file, Reading reading, SemanticMap& map) {
   PackedRows rows(file_bytes);
   std::vector<Keyframe> keyframes;
   in.items("keyframes", keyframes);
@@ -555,20 +549,21 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     tiles.push_back(std::move(tile));
   });
   const auto overview = readOverview(in, map.bev);
-  if (purpose != Purpose::any && overview && map.size == kTownScale && isOfView(map.null, meta))
+  const bool is_late = reading == Reading::late && map.size == kTownScale;
+  if (is_late && overview && isOfView(map.null, meta))
     map.stored_view = std::make_shared<const StoredPlan>(
         std::move(tiles), map.bev, file, numberIn<std::size_t>(meta, "plan_samples"),
         map.null.view);
   else
-    map.packed_view = std::make_shared<const PackedView>(fill(std::move(tiles), map.bev));
+    fill(std::move(tiles), map.bev);
   if (!map.stored_view && isOfView(map.null, meta)) map.null.view = search::fingerprintOf(map.bev);
   scaleLengths(map.size, map.bev);
   if (overview && !map.stored_view) overview->checksum = search::checksumOf(map.bev);
   map.overview = overview;
-  if (purpose == Purpose::localize && map.size == kTownScale && map.graph.edge_radius_m > 0)
+  if (is_late && map.graph.edge_radius_m > 0)
     map.stored_vertices = std::make_shared<const StoredBlocks>(std::move(vertices), file);
   else
-    unpackGraph(std::move(vertices), blocks, file_bytes, purpose, map);
+    unpackGraph(vertices, blocks, file_bytes, map);
   const auto points = numberIn<std::uint64_t>(meta, "cloud_points");
   tiles.clear();
   rows.beginPart();
@@ -590,7 +585,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   // Tiles have the lengths of a town, for whose precision they are made.
   const StoredPlan* plan = storedPlanOf(map);
   const Scaled<BevGrid> bev(plan ? map.bev : viewOf(map), 1 / map.size);
-  const std::vector<Tile> bev_tiles = plan ? plan->tiles() : toTiles(*bev, map.packed_view.get());
+  const std::vector<Tile> bev_tiles = plan ? plan->tiles() : toTiles(*bev);
   const std::shared_ptr<const search::MapOverview> overview =
       map.stored_view || hasOverview(map) ? map.overview : search::overviewOfLarge(*bev);
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));
@@ -611,8 +606,11 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.table("sources", map.sources);
   out.table("keyframes", keyframes);
   const StoredBlocks* stored = storedBlocksOf(map);
-  out.table("vertices",
-            stored ? stored->blocks() : toBlocks(map.graph.vertices, map.packed_vertices.get()),
+  const auto known = [&](std::size_t first, std::size_t count) {
+    return map.packed_vertices ? map.packed_vertices->find(map.graph.vertices, first, count)
+                               : nullptr;
+  };
+  out.table("vertices", stored ? stored->blocks() : toBlocks(map.graph.vertices, known),
             [](const VertexBlock& b, std::size_t) { return b.first_vertex; });
   out.table("edges", storesEdges(map.graph) ? toBlocks(map.graph) : std::vector<EdgeBlock>(),
             [](const EdgeBlock& b, std::size_t) { return b.first_vertex; });
@@ -624,7 +622,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.finish();
 }
 
-SemanticMap readContent(SQLite::Database& database, Purpose purpose) {
+SemanticMap readContent(SQLite::Database& database, Reading reading) {
   checkMapTables(database);
   ContentReader in(database);
   const Meta meta = readMeta(in);
@@ -634,7 +632,7 @@ SemanticMap readContent(SQLite::Database& database, Purpose purpose) {
   setNumbers(meta, map);
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
-  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(), purpose, map);
+  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(), reading, map);
   requireComplete(meta, map);
   return map;
 }

@@ -306,24 +306,20 @@ bool undoRevision(const std::string& path) {
 
 namespace {
 
-SemanticMap openedMap(const std::string& path, Purpose purpose) {
+SemanticMap readMap(const std::string& path, Reading reading) {
   return guarded(path, kCannotRead, [&] {
     SQLite::Database database = openForReading(path);
     const SQLite::Transaction snapshot(database);
-    return readContent(database, purpose);
+    return readContent(database, reading);
   });
 }
 
 }  // namespace
 
-SemanticMap openMap(const std::string& path) { return openedMap(path, Purpose::any); }
-
-SemanticMap openToLocalize(const std::string& path) { return openedMap(path, Purpose::localize); }
-
-SemanticMap openToGrow(const std::string& path) { return openedMap(path, Purpose::grow); }
+SemanticMap openMap(const std::string& path) { return readMap(path, Reading::late); }
 
 SemanticMap loadMap(const std::string& path) {
-  SemanticMap map = openMap(path);
+  SemanticMap map = readMap(path, Reading::whole);
   unpackPoints(map);
   return map;
 }

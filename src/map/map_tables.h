@@ -136,11 +136,11 @@ class RowReader {
 /// the map cannot be written as it is.
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map);
 
-/// What a map is read for: openMap(), openToLocalize() or openToGrow().
-enum class Purpose { any, localize, grow };
+/// Whether views and vertices are unpacked at once; points never are.
+enum class Reading { whole, late };
 
-/// Reads the tables of "main", points packed; throws Damage.
-SemanticMap readContent(SQLite::Database& database, Purpose purpose = Purpose::any);
+/// Reads the tables of "main"; throws Damage.
+SemanticMap readContent(SQLite::Database& database, Reading reading = Reading::whole);
 
 // Revisions. All of these run inside a transaction of the caller.
 

@@ -85,7 +85,6 @@ constexpr std::array<std::int64_t, 8> kLargest = {kMostId,    kMostId,    kLastV
 constexpr std::size_t kSorted = 5;     ///< columns of points that are differences
 constexpr std::int64_t kBlock = 4096;  // vertices whose edges are one row
 
-constexpr std::size_t kVertexBlock = 1024;
 constexpr std::size_t kWholeNumbers = 6, kRealNumbers = 7;  // of a vertex
 
 /// visit(member) for each.
@@ -191,67 +190,37 @@ bool isBefore(const Tile& a, const Tile& b) {
   return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
 }
 
-/// Sums what add() receives of the points of a tile, in any order.
-class TileChecksum {
- public:
-  void add(std::uint32_t label, const std::array<std::int64_t, 3>& in_tile) {
-    static_assert(kSide <= 1 << 13);
-    std::uint64_t mixed = label;
-    for (const std::int64_t steps : in_tile)
-      mixed = mixed << 13 | static_cast<std::uint64_t>(steps);
-    mixed = (mixed ^ mixed >> 30) * 0xBF58476D1CE4E5B9ull;  // SplitMix64
-    mixed = (mixed ^ mixed >> 27) * 0x94D049BB133111EBull;
-    sum_ += mixed ^ mixed >> 31;
-  }
-  std::uint64_t sum() const { return sum_; }
-
- private:
-  std::uint64_t sum_ = 0;
-};
-
 /// The points at(0) to at(count - 1). One tile is unpacked at a time: as numbers all points would
-/// take several times their memory. Tiles that hold what one of `known` holds are that one.
+/// take several times their memory.
 template <class PointAt>
-std::vector<Tile> tilesOf(std::size_t count, const PointAt& at, const PackedView* known = nullptr) {
-  struct Open {
-    Tile tile;
-    TileChecksum checksum;
-  };
-  std::vector<Open> open;
+std::vector<Tile> tilesOf(std::size_t count, const PointAt& at) {
+  std::vector<Tile> tiles;
   std::unordered_map<std::int64_t, std::int32_t> number_of;  // by tileId
   std::vector<std::int32_t> tile_of(count, -1);
   for (std::size_t i = 0; i < count; ++i) {
     const Point p = at(i);
     if (!p.getVector3fMap().allFinite()) continue;
-    const auto [tile, in_tile] = stepsOf(p);
+    const auto tile = stepsOf(p).tile;
     if (!isTileIndex(tile[0]) || !isTileIndex(tile[1]) || !isTileIndex(tile[2]))
       throw std::out_of_range("points beyond 2^20 tiles of 64 m do not fit into a map");
     Tile empty;
     std::tie(empty.x, empty.y, empty.z) = std::tie(tile[0], tile[1], tile[2]);
     const auto [found, is_new] =
-        number_of.try_emplace(tileId(empty), static_cast<std::int32_t>(open.size()));
-    if (is_new) open.push_back({std::move(empty), {}});
+        number_of.try_emplace(tileId(empty), static_cast<std::int32_t>(tiles.size()));
+    if (is_new) tiles.push_back(std::move(empty));
     tile_of[i] = found->second;
-    ++open[found->second].tile.points;
-    if (known) open[found->second].checksum.add(p.label, in_tile);
+    ++tiles[found->second].points;
   }
-  const Grouped points(tile_of, open.size());
-  std::vector<Tile> tiles;
+  const Grouped points(tile_of, tiles.size());
   std::vector<PointRow> rows;
-  for (std::size_t t = 0; t < open.size(); ++t) {
-    Tile& tile = open[t].tile;
-    if (const Tile* same = known ? known->find(tile, open[t].checksum.sum()) : nullptr) {
-      tiles.push_back(*same);
-      continue;
-    }
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
     rows.clear();
     for (std::size_t k = points.starts[t]; k < points.starts[t + 1]; ++k) {
       const Point p = at(points.order[k]);
       const auto in_tile = stepsOf(p).in_tile;
       rows.emplace_back(p.label, p.instance, in_tile[0], in_tile[1], in_tile[2]);
     }
-    tile.data = packedPoints(rows);
-    tiles.push_back(std::move(tile));
+    tiles[t].data = packedPoints(rows);
   }
   std::sort(tiles.begin(), tiles.end(), isBefore);
   return tiles;
@@ -356,18 +325,7 @@ std::vector<Tile> toTiles(const LabelledCloud& cloud) {
   return tilesOf(cloud.size(), [&](std::size_t i) { return cloud.points[i]; });
 }
 
-void PackedView::add(const Tile& tile, std::uint64_t checksum) {
-  tiles_.insert_or_assign(tileId(tile), Entry{tile, checksum});
-}
-
-const Tile* PackedView::find(const Tile& tile, std::uint64_t checksum) const {
-  const auto found = tiles_.find(tileId(tile));
-  if (found == tiles_.end()) return nullptr;
-  const Entry& entry = found->second;
-  return entry.checksum == checksum && entry.tile.points == tile.points ? &entry.tile : nullptr;
-}
-
-std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known) {
+std::vector<Tile> toTiles(const BevGrid& bev) {
   std::array<std::size_t, kBevChannels + 1> begin{};
   for (std::size_t c = 0; c < kBevChannels; ++c) begin[c + 1] = begin[c] + bev.samples[c].size();
   const auto pointAt = [&](std::size_t i) {
@@ -384,7 +342,7 @@ std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known) {
       throw std::out_of_range("sample of the plan view that is not finite");
     return Point(s.x, s.y, s.z, static_cast<std::uint32_t>(c));
   };
-  return tilesOf(begin.back() + bev.known.size(), pointAt, known);
+  return tilesOf(begin.back() + bev.known.size(), pointAt);
 }
 
 void requirePlace(const Tile& tile) {
@@ -411,48 +369,31 @@ void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles) {
   tiles = std::move(all);
 }
 
-namespace {
-
-/// Appends a tile of a bird's-eye view; take(label, place in the tile) receives each point, too.
-template <class Take>
-void appendPoints(const Tile& tile, double cell_m, BevGrid& bev, const Take& take) {
+void appendTile(const Tile& tile, BevGrid& bev) {
   forPoints(tile, [&](std::uint32_t label, std::uint32_t, const auto& in_tile) {
     if (label > kSeen) throw Damage("plan view with an unknown channel");
-    take(label, in_tile);
     const Point p = pointIn(tile, in_tile, label);
     if (label < kBevChannels)
       bev.samples[label].push_back({p.x, p.y, p.z});
     else
-      bev.known.push_back({static_cast<std::int32_t>(std::floor(p.x / cell_m)),
-                           static_cast<std::int32_t>(std::floor(p.y / cell_m)), p.z,
+      bev.known.push_back({static_cast<std::int32_t>(std::floor(p.x / bev.cell_m)),
+                           static_cast<std::int32_t>(std::floor(p.y / bev.cell_m)), p.z,
                            label == kMeasured});
   });
 }
 
-}  // namespace
-
-void appendTile(const Tile& tile, BevGrid& bev) {
-  appendPoints(tile, bev.cell_m, bev, [](std::uint32_t, const auto&) {});
-}
-
-PackedView fill(std::vector<Tile> tiles, BevGrid& bev) {
-  PackedView packed;
+void fill(std::vector<Tile> tiles, BevGrid& bev) {
   std::stable_sort(tiles.begin(), tiles.end(),
                    [](const Tile& a, const Tile& b) { return a.y < b.y; });
   for (auto row = tiles.begin(); row != tiles.end();) {
     const auto end =
         std::find_if(row, tiles.end(), [&](const Tile& tile) { return tile.y != row->y; });
     BevGrid of_row;
-    for (; row != end; ++row) {
-      TileChecksum checksum;
-      appendPoints(*row, bev.cell_m, of_row,
-                   [&](std::uint32_t label, const auto& in_tile) { checksum.add(label, in_tile); });
-      packed.add(*row, checksum.sum());
-    }
+    of_row.cell_m = bev.cell_m;
+    for (; row != end; ++row) appendTile(*row, of_row);
     for (std::size_t c = 0; c < kBevChannels; ++c) appendSorted(of_row.samples[c], bev.samples[c]);
     appendSorted(of_row.known, bev.known);
   }
-  return packed;
 }
 
 std::vector<OverviewTile> toTiles(const search::MapOverview& overview) {
@@ -485,8 +426,6 @@ std::string channelNames() {
   return names;
 }
 
-namespace {
-
 std::uint64_t checksumOf(const std::vector<Vertex>& vertices, std::size_t first,
                          std::size_t count) {
   std::uint64_t checksum = count;
@@ -502,29 +441,11 @@ std::uint64_t checksumOf(const std::vector<Vertex>& vertices, std::size_t first,
   return checksum;
 }
 
-}  // namespace
-
-void PackedVertices::add(VertexBlock block, const std::vector<Vertex>& vertices) {
-  const std::size_t count = block.vertices, first = vertices.size() - count;
-  entries_.push_back({std::move(block), checksumOf(vertices, first, count)});
-}
-
-const VertexBlock* PackedVertices::find(const std::vector<Vertex>& vertices, std::size_t first,
-                                        std::size_t count) const {
-  if (first % kVertexBlock != 0 || first / kVertexBlock >= entries_.size()) return nullptr;
-  const Entry& entry = entries_[first / kVertexBlock];
-  const bool is_same = entry.block.first_vertex == static_cast<std::int64_t>(first) &&
-                       entry.block.vertices == count &&
-                       entry.checksum == checksumOf(vertices, first, count);
-  return is_same ? &entry.block : nullptr;
-}
-
-std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices,
-                                  const PackedVertices* known) {
+std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices, const FindBlock& known) {
   std::vector<VertexBlock> blocks;
   for (std::size_t first = 0; first < vertices.size(); first += kVertexBlock) {
     const std::size_t count = std::min(kVertexBlock, vertices.size() - first);
-    if (const VertexBlock* same = known ? known->find(vertices, first, count) : nullptr) {
+    if (const VertexBlock* same = known ? known(first, count) : nullptr) {
       blocks.push_back(*same);
       continue;
     }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -128,30 +129,11 @@ void appendTile(const Tile& tile, LabelledCloud& cloud);
 /// both.
 void mergeTiles(const std::vector<Tile>& addition, std::vector<Tile>& tiles);
 
-/// The tiles of a bird's-eye view as a file has them. Found again by what they hold, so that only
-/// those of a grown map that hold something else are packed anew.
-class PackedView {
- public:
-  /// `checksum`: of the points of the tile.
-  void add(const Tile& tile, std::uint64_t checksum);
-  /// The tile of that place with as many points and that checksum, or null.
-  const Tile* find(const Tile& tile, std::uint64_t checksum) const;
-
- private:
-  struct Entry {
-    Tile tile;
-    std::uint64_t checksum = 0;
-  };
-  std::unordered_map<std::int64_t, Entry> tiles_;  ///< by tileId
-};
-
 /// The same of a bird's-eye view: samples are points with their channel as label, cells that were
-/// seen points at their middle. Tiles that hold what one of `known` holds are that one. Throws
-/// std::out_of_range for samples that are not finite, too.
-std::vector<Tile> toTiles(const BevGrid& bev, const PackedView* known = nullptr);
-/// Fills a bird's-eye view, which has its grid already, with the tiles of one, and returns those
-/// that can be written as they are; throws Damage.
-PackedView fill(std::vector<Tile> tiles, BevGrid& bev);
+/// seen points at their middle. Throws std::out_of_range for samples that are not finite, too.
+std::vector<Tile> toTiles(const BevGrid& bev);
+/// Fills a bird's-eye view, which has its grid already, with the tiles of one; throws Damage.
+void fill(std::vector<Tile> tiles, BevGrid& bev);
 /// Appends a tile of one, in any order; throws Damage.
 void appendTile(const Tile& tile, BevGrid& bev);
 
@@ -188,26 +170,13 @@ void columns(Row& row, VertexBlock& block) {
   row(block.data);
 }
 
-/// The blocks of vertices of a file. Those of a grown map that hold what one of them holds are not
-/// packed anew.
-class PackedVertices {
- public:
-  /// `vertices`: all up to those of the block.
-  void add(VertexBlock block, const std::vector<Vertex>& vertices);
-  /// The block that holds these vertices from there on, or null.
-  const VertexBlock* find(const std::vector<Vertex>& vertices, std::size_t first,
-                          std::size_t count) const;
-
- private:
-  struct Entry {
-    VertexBlock block;
-    std::uint64_t checksum = 0;
-  };
-  std::vector<Entry> entries_;  ///< in order
-};
-
+constexpr std::size_t kVertexBlock = 1024;
+/// Of all that a block of these vertices would hold.
+std::uint64_t checksumOf(const std::vector<Vertex>& vertices, std::size_t first, std::size_t count);
+/// The block that holds `count` vertices from the first on, or null: it need not be packed anew.
+using FindBlock = std::function<const VertexBlock*(std::size_t first, std::size_t count)>;
 std::vector<VertexBlock> toBlocks(const std::vector<Vertex>& vertices,
-                                  const PackedVertices* known = nullptr);
+                                  const FindBlock& known = nullptr);
 /// Throws Damage unless its position is finite.
 void requireFinite(const Vertex& vertex);
 /// Appends them; throws Damage.

@@ -83,10 +83,29 @@ void StoredBlocks::forAllIn(const Eigen::AlignedBox2d& box, const Visit& visit) 
 SemanticGraph StoredBlocks::whole() const {
   SemanticGraph graph;
   orError(file_, [&] {
-    graph.vertices.reserve(size_);
+    graph.vertices.reserve(size_ + size_ / 16);  // room for those of a drive that is added
     for (const VertexBlock& block : blocks_) appendVertices(block, graph.vertices);
   });
   return graph;
+}
+
+PackedVertices::PackedVertices(std::shared_ptr<const StoredBlocks> blocks,
+                               const std::vector<Vertex>& vertices)
+    : blocks_(std::move(blocks)) {
+  for (const VertexBlock& block : blocks_->blocks())
+    checksums_.push_back(
+        checksumOf(vertices, static_cast<std::size_t>(block.first_vertex), block.vertices));
+}
+
+const VertexBlock* PackedVertices::find(const std::vector<Vertex>& vertices, std::size_t first,
+                                        std::size_t count) const {
+  const std::size_t number = first / kVertexBlock;
+  if (first % kVertexBlock != 0 || number >= checksums_.size()) return nullptr;
+  const VertexBlock& block = blocks_->blocks()[number];
+  const bool is_same = block.first_vertex == static_cast<std::int64_t>(first) &&
+                       block.vertices == count &&
+                       checksums_[number] == checksumOf(vertices, first, count);
+  return is_same ? &block : nullptr;
 }
 
 const StoredBlocks* storedBlocksOf(const SemanticMap& map) {
@@ -104,6 +123,9 @@ Vertex vertexOf(const SemanticMap& map, std::uint32_t number) {
 void unpackVertices(SemanticMap& map) {
   if (!map.stored_vertices) return;
   map.graph.vertices = map.stored_vertices->whole().vertices;
+  if (auto blocks = std::dynamic_pointer_cast<const StoredBlocks>(map.stored_vertices))
+    map.packed_vertices =
+        std::make_shared<const PackedVertices>(std::move(blocks), map.graph.vertices);
   map.stored_vertices.reset();
 }
 

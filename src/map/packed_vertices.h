@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -34,6 +35,20 @@ class StoredBlocks final : public StoredVertices {
   mutable Recent<std::size_t, std::vector<Vertex>> recent_;
   mutable std::once_flag boxes_made_;
   mutable std::vector<Eigen::AlignedBox3d> boxes_;  ///< around the vertices of each block
+};
+
+/// The blocks of a file whose vertices were unpacked. Those that hold what they held then need not
+/// be packed anew.
+class PackedVertices {
+ public:
+  PackedVertices(std::shared_ptr<const StoredBlocks> blocks, const std::vector<Vertex>& vertices);
+  /// The block that holds these vertices from there on, or null.
+  const VertexBlock* find(const std::vector<Vertex>& vertices, std::size_t first,
+                          std::size_t count) const;
+
+ private:
+  std::shared_ptr<const StoredBlocks> blocks_;
+  std::vector<std::uint64_t> checksums_;
 };
 
 /// The packed vertices of a map; null if they are unpacked.

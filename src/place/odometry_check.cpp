@@ -442,8 +442,9 @@ struct OdometryCheck::State {
     double most = std::max(kExplains, (only_odometry_stands ? kMoreThanStanding : kClearlyMore) +
                                           (overlaps ? in_place.of_overlap : in_place.of_all));
     for (const Eigen::Isometry3d& other : others) {
-      const double apart_m = apartBetween(other, step);
       const bool moves = other.translation().norm() >= kLeastMove_m;
+      // Depth errors go with a camera that turns, too, as if it stood.
+      const double apart_m = moves ? apartBetween(other, step) : distanceBetween(other, step);
       const bool is_clear = apart_m >= kLeastOff_m;
       if (!is_clear && !(may_be_stuck && moves && apart_m >= kLeastOffStuck_m)) continue;
       if (rotationBetween(other, step) > kTurn_rad && (may_leave || !(overlaps || isLong(step))))

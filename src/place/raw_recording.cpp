@@ -98,12 +98,6 @@ class RecentFrames {
   std::array<Slot, 4 * kBefore> slots_;
 };
 
-/// A recording that somebody else owns.
-class Borrowed final : public ForwardingSource {
- public:
-  explicit Borrowed(const FrameSource& source) : ForwardingSource(source) {}
-};
-
 class ShapeLabelled final : public RelabelledRecording {
  public:
   ShapeLabelled(std::unique_ptr<FrameSource> source, LabelSet shapes, const Options& options)
@@ -216,7 +210,7 @@ std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source
 
 std::unique_ptr<const FrameSource> withClasses(const FrameSource& recording, const Options& options,
                                                const LabelSet* of_map) {
-  auto borrowed = std::make_unique<Borrowed>(recording);
+  auto borrowed = std::make_unique<ForwardingSource>(recording);
   if (knowsShapesOnly(recording.labels())) return borrowed;
   if (recording.labels().empty() || (of_map && knowsShapesOnly(*of_map)))
     return withShapeLabels(std::move(borrowed), labelsOfShapes(), options);

@@ -52,13 +52,8 @@ struct Exception {
 };
 
 constexpr Exception kExceptions[] = {
-    {"docs/formats.md", "`settled`", "former key of answers"},
-    {"docs/formats.md", "`by_chance`", "former key of answers"},
-    {"docs/formats.md", "`null_excess`, `null_missing`", "former keys of answers"},
-    {"docs/formats.md", "`contradicted`", "former key of answers, and a reason_code"},
+    {"docs/formats.md", "`contradicted`", "a reason_code"},
     {"base/localization.h", "contradicted, ", "a reason_code"},
-    {"docs/formats.md", "`of_itself`", "former key of answers"},
-    {"docs/formats.md", "`seen_through`", "former key of answers"},
     {"docs/results/worlds.md", "real_strangers", "row of bench/regress_baseline.csv"},
 };
 

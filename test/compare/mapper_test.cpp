@@ -242,7 +242,7 @@ TEST(Mapper, ALargeMapGrowsPackedAsItDoesUnpacked) {
   const Eigen::Isometry3d T_map_odom = session.truth(0) * session.pose(0).inverse();
   map::saveMap(folder / "rear.xvm", inFrameOf(large, buildMap({&session}, {}), T_map_odom));
   const map::SemanticMap rear = map::loadMap(folder / "rear.xvm");  // rounded
-  map::SemanticMap packed = map::openToGrow(folder / "map.xvm"),
+  map::SemanticMap packed = map::openMap(folder / "map.xvm"),
                    whole = map::loadMap(folder / "map.xvm");
   const auto fits = evidenceOfOneFrame(packed, rear, {}),
              also = evidenceOfOneFrame(whole, rear, {});
@@ -281,7 +281,7 @@ TEST(Mapper, ALargeMapGrowsPackedAsItDoesUnpacked) {
                            }));
   }
   EXPECT_EQ(a.graph.size(), b.graph.size());
-  EXPECT_NE(map::openToLocalize(folder / "packed.xvm").stored_view, nullptr);
+  EXPECT_NE(map::openMap(folder / "packed.xvm").stored_view, nullptr);
 }
 
 /// Check fix for: a bare graph, which has no path, ended the program when it was appended.

@@ -11,7 +11,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string path = fuzz::written("in.xvm", bytes);
   std::filesystem::remove(path + "-journal");
   map::SemanticMap map, opened;
-  const bool is_opened = fuzz::isDone([&] { opened = map::openToLocalize(path); });
+  const bool is_opened = fuzz::isDone([&] { opened = map::openMap(path); });
   if (is_opened && opened.stored_vertices) {
     fuzz::isDone([&] { opened.stored_vertices->bounds(); });
     fuzz::isDone([&] { map::unpackVertices(opened); });

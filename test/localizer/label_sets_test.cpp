@@ -102,7 +102,7 @@ TEST(LabelSets, ARawQueryHasOneAnswerHoweverTheMapIsOpened) {
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", simulatedDrive().map);
   const Query raw = DriveIn("shapes").query;
-  const Localization late = Localizer(map::openToLocalize(folder / "map.xvm")).localize(raw),
+  const Localization late = Localizer(map::openMap(folder / "map.xvm")).localize(raw),
                      whole = Localizer(map::loadMap(folder / "map.xvm")).localize(raw);
   EXPECT_GT(whole.matches, 0);
   EXPECT_EQ(late.matches, whole.matches);

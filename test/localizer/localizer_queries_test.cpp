@@ -10,6 +10,7 @@
 #include "base/pose.h"
 #include "compare/changes.h"
 #include "localizer/simulated_drive.h"
+#include "localizer/tracker.h"
 #include "place/raw_recording.h"
 #include "search/likelihoods.h"
 #include "support/test_data.h"
@@ -17,11 +18,11 @@
 #include "xview/base/budget.h"
 #include "xview/base/error.h"
 #include "xview/cloud_recording.h"
+#include "xview/follower.h"
 #include "xview/io/cloud_files.h"
 #include "xview/io/recording.h"
 #include "xview/localizer.h"
 #include "xview/sequence.h"
-#include "localizer/tracker.h"
 
 namespace xview {
 namespace {
@@ -305,7 +306,7 @@ TEST(LocalizerQueries, QueriesThatAreNoneAreRefused) {
     spoil(spoilt);
     EXPECT_THROW(localizer.localize(spoilt), UsageError) << what;
     EXPECT_THROW(localizer.check(spoilt, {Eigen::Isometry3d::Identity()}, 1), UsageError) << what;
-    EXPECT_THROW(Tracker(localizer).follow(spoilt), UsageError) << what;
+    EXPECT_THROW(Tracker(localizer, {}).follow(spoilt), UsageError) << what;
     EXPECT_THROW(Sequence(localizer).add(spoilt, 0, 4), UsageError) << what;
   };
   expectRefused("empty", [](Query& q) { q = Query(); });
@@ -332,14 +333,21 @@ TEST(LocalizerQueries, UnderABudgetWholeCloudsAndRecordingsAreAnsweredToo) {
   const auto& drive = simulatedDrive();
   const Localizer localizer(drive.map);
   const auto cloud = cloudOf<pcl::PointXYZ>("rear", 10, 14);
-  Tracker tracker(localizer);
-  const Budget budget({1e-9, 0});
-  for (const Localization& fix :
-       {localizer.localize(cloud), localizer.localize(*drive.sessions.at("rear")),
-        tracker.add(cloud, Eigen::Isometry3d::Identity())->fix}) {
-    EXPECT_EQ(fix.status, Status::rejected);
-    EXPECT_NE(fix.reason.find("the time of 1e-09 s ended in"), std::string::npos) << fix.reason;
+  const BudgetLimits limits{1e-9, 0};
+  constexpr const char* kSaid = "the time of 1e-09 s ended in";
+  {
+    const Budget budget(limits);
+    for (const Localization& fix :
+         {localizer.localize(cloud), localizer.localize(*drive.sessions.at("rear"))}) {
+      EXPECT_EQ(fix.status, Status::rejected);
+      EXPECT_NE(fix.reason.find(kSaid), std::string::npos) << fix.reason;
+    }
   }
+  Follower follower(localizer);
+  const FollowAnswer followed = follower.withinBudget(
+      limits, [&] { return follower.add(cloud, Eigen::Isometry3d::Identity()); });
+  EXPECT_FALSE(followed.found());
+  EXPECT_NE(followed.reason.find(kSaid), std::string::npos) << followed.reason;
 }
 
 TEST(LocalizerQueries, ALocalizerThatWasMovedFromSaysSo) {
@@ -390,26 +398,27 @@ TEST(LocalizerQueries, WhatIsMissingIsSaid) {
   EXPECT_THROW(removeObjects(place, {place.graph.size()}), UsageError);
 }
 
-TEST(Tracker, FollowsFramesThatAreAddedOneByOne) {
+TEST(Follower, SaysWhatEachWindowSays) {
   const auto& drive = simulatedDrive();
   const auto& rear = *drive.sessions.at("rear");
   const Localizer localizer(drive.map);
-  Tracker tracker(localizer, localizer.options(), 15);
-  std::vector<TrackAnswer> answers;
+  Follower follower(localizer, {15, 15});
+  int windows = 0, expected = 0;
   for (std::size_t i = 0; i < 45; ++i) {
-    if (auto answer = tracker.add(rear.read(i), rear.labels())) {
-      EXPECT_EQ(i % 15, 14u);
-      answers.push_back(std::move(*answer));
-    }
+    const FollowAnswer answer = follower.add(rear.read(i), rear.labels());
+    EXPECT_EQ(answer.window.has_value(), i % 15 == 14) << i;
+    if (!answer.window) continue;
+    ++windows;
+    expected += answer.was_expected;
+    const Localization alone = localizer.localize(drive.query("rear", i - 14, i + 1));
+    EXPECT_EQ(answer.window->accepted(), alone.accepted());
+    EXPECT_LT((answer.window->T_map_sensor.translation() - alone.T_map_sensor.translation()).norm(),
+              0.1);
+    EXPECT_TRUE(answer.found()) << answer.reason;
+    EXPECT_LT((answer.T_map_sensor.translation() - rear.truth(i).translation()).norm(), 1);
   }
-  ASSERT_EQ(answers.size(), 3u);
-  Tracker of_queries(localizer);
-  for (std::size_t k = 0; k < answers.size(); ++k) {
-    const TrackAnswer expected = of_queries.follow(drive.query("rear", 15 * k, 15 * k + 15));
-    EXPECT_EQ(answers[k].fix.T_map_sensor.matrix(), expected.fix.T_map_sensor.matrix());
-    EXPECT_EQ(answers[k].local, expected.local);
-  }
-  EXPECT_THROW(Tracker(localizer, {}, 0), UsageError);
+  EXPECT_EQ(windows, 3);
+  EXPECT_EQ(expected, 2);
 }
 
 }  // namespace

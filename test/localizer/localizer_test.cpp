@@ -301,7 +301,7 @@ TEST(Localizer, AnswersAlikeWhetherTheViewOfALargeMapIsPackedOrNot) {
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", map);
   const map::SemanticMap whole = map::loadMap(folder / "map.xvm"),
-                         packed = map::openToLocalize(folder / "map.xvm");
+                         packed = map::openMap(folder / "map.xvm");
   ASSERT_NE(packed.stored_view, nullptr);
   const Localizer in_whole(map::borrowed(whole)), in_packed(map::borrowed(packed));
   for (const char* session : {"rear", "elsewhere"}) {
@@ -331,7 +331,7 @@ TEST(Localizer, AnswersAlikeWhetherTheVerticesOfABareGraphArePackedOrNot) {
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", map);
   const map::SemanticMap whole = map::loadMap(folder / "map.xvm"),
-                         packed = map::openToLocalize(folder / "map.xvm");
+                         packed = map::openMap(folder / "map.xvm");
   ASSERT_EQ(whole.stored_vertices, nullptr);
   ASSERT_NE(packed.stored_vertices, nullptr);
   Query query = drive.query("rear", 5, 24);

@@ -13,7 +13,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "map/contents.h"
 #include "map/sample_map.h"
+#include "place/edges.h"
 #include "support/test_data.h"
 #include "xview/base/error.h"
 #include "xview/map/semantic_map.h"
@@ -298,24 +300,25 @@ TEST_F(MapTransaction, RevisionStoresOnlyWhatChanges) {
 }
 
 /// Blocks of vertices that were not changed are those of the file.
-TEST_F(MapTransaction, AMapThatIsOpenedToGrowIsWrittenAsOneThatWasUnpacked) {
+TEST_F(MapTransaction, AMapThatWasPackedIsWrittenAsOneThatWasLoaded) {
   SemanticMap large = old_;
   const Vertex model = large.graph.vertices.at(0);
   for (int i = 0; i < 3000; ++i) {
     large.graph.vertices.push_back(model);
     large.graph.vertices.back().position.x() += i;
   }
-  large.graph.neighbours.resize(large.graph.size());
+  large.size = kTownScale;
+  useRadius(large.graph, {});
   saveMap(path_, large);
   for (const int change : {0, 1, 2, 3}) {
-    SemanticMap grown = openToGrow(path_), loaded = loadMap(path_);
+    SemanticMap grown = openMap(path_), loaded = loadMap(path_);
+    unpackVertices(grown);
     ASSERT_NE(grown.packed_vertices, nullptr);
     for (SemanticMap* map : {&grown, &loaded}) {
       auto& vertices = map->graph.vertices;
       if (change == 1) vertices[1500].sigma_m += 1;
       if (change == 2) vertices[1500].last_frame += 1;
       if (change == 3) vertices.push_back(model);
-      map->graph.neighbours.resize(vertices.size());
     }
     saveMap(folder_ / "grown.xvm", grown);
     saveMap(folder_ / "loaded.xvm", loaded);

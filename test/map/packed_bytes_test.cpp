@@ -94,27 +94,6 @@ TEST(PackedRows, NeverRefuseWhatIsWritten) {
   EXPECT_EQ(read.size(), grid.size());
 }
 
-/// Which tiles of a view are as they were is told by what they hold.
-TEST(Tiles, ThatHoldTheSameAreNotPackedAnew) {
-  BevGrid view;
-  for (int i = 0; i < 4; ++i) {  // in two tiles, of which one changes
-    const auto x = static_cast<float>(16 * i);
-    view[BevChannel::road].push_back({2 * x + 0.25F, 0.25F, 1});
-    view.known.push_back({64 * i, 0, 1, true});
-  }
-  std::vector<Tile> tiles = toTiles(view);
-  ASSERT_EQ(tiles.size(), 2u);
-  for (Tile& tile : tiles) tile.data = compressed(decompressed(tile.data), 0);  // to be told apart
-  BevGrid read;
-  const PackedView known = fill(tiles, read);
-  read[BevChannel::road][2].z += 0.01F;
-  const std::vector<Tile> again = toTiles(read, &known), anew = toTiles(read);
-  ASSERT_EQ(again.size(), 2u);
-  EXPECT_EQ(again[0].data, tiles[0].data);
-  EXPECT_EQ(again[1].data, anew[1].data);
-  EXPECT_NE(again[1].data, tiles[1].data);
-}
-
 TEST(OverviewTiles, OfOtherSizeClassOrPlaceAreRefused) {
   search::MapOverview overview;
   Bytes squares(kBevChannels * 64, search::kUnknownBin | search::kUnknownBin << 4);

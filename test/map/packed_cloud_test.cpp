@@ -86,6 +86,7 @@ TEST(StoredEdges, ThoseOfARadiusAreMadeAnew) {
   SemanticMap read = openMap(folder / "map.xvm");
   EXPECT_EQ(read.graph.edge_radius_m, 5000);
   EXPECT_TRUE(read.graph.neighbours.empty());
+  unpackVertices(read);
   makeEdges(read.graph);
   EXPECT_EQ(read.graph.neighbours, map.graph.neighbours);
 }

@@ -52,7 +52,7 @@ class StreetMap : public ::testing::Test {
 };
 
 TEST_F(StreetMap, KeepsItsVerticesPackedToLocalize) {
-  SemanticMap opened = openToLocalize(path);
+  SemanticMap opened = openMap(path);
   ASSERT_NE(opened.stored_vertices, nullptr);
   EXPECT_TRUE(opened.graph.empty());
   EXPECT_EQ(vertexCount(opened), kVertices);
@@ -74,7 +74,7 @@ TEST_F(StreetMap, KeepsItsVerticesPackedToLocalize) {
 }
 
 TEST_F(StreetMap, TellsWhatStandsInABox) {
-  const SemanticMap opened = openToLocalize(path);
+  const SemanticMap opened = openMap(path);
   Eigen::AlignedBox3d around;
   for (const Vertex& v : map.graph.vertices) around.extend(v.position);
   EXPECT_TRUE(opened.stored_vertices->bounds().isApprox(around));
@@ -96,7 +96,7 @@ TEST_F(StreetMap, TellsWhatStandsInABox) {
 }
 
 TEST_F(StreetMap, ShowsAllItsVerticesInOrderWhereverTheyAre) {
-  const SemanticMap opened = openToLocalize(path);
+  const SemanticMap opened = openMap(path);
   for (const SemanticMap* any : {&opened, &map}) {
     std::uint32_t next = 0;
     allVertices(*any).forEach([&](std::uint32_t number, const Vertex& v) {
@@ -115,7 +115,7 @@ TEST_F(StreetMap, UnpacksVerticesWithEdgesOfTheirOwnOrOtherLengths) {
   other.size = 0.1;
   saveMap(folder / "small.xvm", other);
   for (const char* name : {"edges.xvm", "small.xvm"}) {
-    const SemanticMap opened = openToLocalize(folder / name);
+    const SemanticMap opened = openMap(folder / name);
     EXPECT_EQ(opened.stored_vertices, nullptr) << name;
     EXPECT_EQ(opened.graph.size(), kVertices) << name;
   }

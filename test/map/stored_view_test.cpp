@@ -83,7 +83,6 @@ class LargeMap : public ::testing::Test {
     saveMap(path, largeMap(21));
     SemanticMap rounded = loadMap(path);
     rounded.overview.reset();
-    rounded.packed_view.reset();
     saveMap(path, rounded);
   }
   TemporaryFolder folder;
@@ -101,7 +100,7 @@ TEST_F(LargeMap, HasAnOverviewInItsFile) {
 }
 
 TEST_F(LargeMap, KeepsItsViewPackedToLocalize) {
-  SemanticMap opened = openToLocalize(path);
+  SemanticMap opened = openMap(path);
   const SemanticMap whole = loadMap(path);
   ASSERT_NE(opened.stored_view, nullptr);
   EXPECT_TRUE(hasView(opened));
@@ -132,8 +131,8 @@ TEST_F(LargeMap, WhoseWrongPlacesWereCountedOnAnotherViewIsUnpacked) {
   SemanticMap map = loadMap(path);
   ++map.null.view;
   saveMap(path, map);
-  EXPECT_EQ(openToLocalize(path).stored_view, nullptr);
-  EXPECT_TRUE(isSame(openToLocalize(path).bev, map.bev));
+  EXPECT_EQ(openMap(path).stored_view, nullptr);
+  EXPECT_TRUE(isSame(openMap(path).bev, map.bev));
 }
 
 TEST_F(LargeMap, ThatChangesHasTheOverviewOfWhatItIs) {
@@ -195,7 +194,7 @@ TEST_F(LargeMap, ThatGrowsIsSeenFromAfarAnewWhereItGrew) {
 
 TEST_F(LargeMap, GrowsPackedToWhatItGrowsToUnpacked) {
   for (const double x_m : {0.0, 63.5, 300.0}) {  // the last one at its rim
-    SemanticMap packed = openToGrow(path), whole = loadMap(path);
+    SemanticMap packed = openMap(path), whole = loadMap(path);
     const BevGrid addition = additionTo(packed.bev, x_m);
     for (SemanticMap* map : {&packed, &whole}) growView(addition, *map);
     ASSERT_NE(packed.stored_view, nullptr);
@@ -208,13 +207,13 @@ TEST_F(LargeMap, GrowsPackedToWhatItGrowsToUnpacked) {
     saveMap(folder / "packed.xvm", packed);
     saveMap(folder / "whole.xvm", whole);
     EXPECT_EQ(test::readText(folder / "packed.xvm"), test::readText(folder / "whole.xvm"));
-    EXPECT_NE(openToLocalize(folder / "packed.xvm").stored_view, nullptr);
+    EXPECT_NE(openMap(folder / "packed.xvm").stored_view, nullptr);
     EXPECT_TRUE(isSame(loadMap(folder / "packed.xvm"), loadMap(folder / "whole.xvm")));
   }
 }
 
 TEST_F(LargeMap, ThatGrowsWhereNothingWasIsUnpacked) {
-  SemanticMap packed = openToGrow(path), whole = loadMap(path);
+  SemanticMap packed = openMap(path), whole = loadMap(path);
   const BevGrid addition = additionTo(packed.bev, -2000);
   for (SemanticMap* map : {&packed, &whole}) growView(addition, *map);
   EXPECT_EQ(packed.stored_view, nullptr);
@@ -222,7 +221,7 @@ TEST_F(LargeMap, ThatGrowsWhereNothingWasIsUnpacked) {
 }
 
 TEST_F(LargeMap, IsUnpackedOnlyWhereItIsAskedFor) {
-  const SemanticMap packed = openToLocalize(path), whole = loadMap(path);
+  const SemanticMap packed = openMap(path), whole = loadMap(path);
   const Eigen::Vector2d low(whole.bev.origin_x - 10, whole.bev.origin_y - 60);
   const Eigen::AlignedBox2d box(low, low + Eigen::Vector2d(90, 70));
   const auto part = viewWithin(box, packed);
@@ -249,7 +248,7 @@ TEST_F(LargeMap, IsUnpackedOnlyWhereItIsAskedFor) {
 }
 
 TEST_F(LargeMap, CountsAtWrongPlacesAreThoseOfTheWholeView) {
-  const SemanticMap packed = openToLocalize(path), whole = loadMap(path);
+  const SemanticMap packed = openMap(path), whole = loadMap(path);
   const DistanceField field(whole.bev);
   std::vector<Eigen::Vector2d> way;
   for (double x = -300; x < 300; x += 4) way.emplace_back(x, 0.3 * x);

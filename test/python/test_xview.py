@@ -406,6 +406,25 @@ class Following(unittest.TestCase):
             searched.append(fix.to_dict()["track"]["searched"])
         self.assertEqual(searched, ["everywhere"] + 3 * ["expected"])
 
+    def test_what_xview_follow_knows_holds_for_a_tracker(self):
+        town, elsewhere = posts_town(), posts_town(seed=2)
+        tracker = xview.Tracker(xview.Localizer(xview.Map.build(town)))
+        here, T = moved(near(town, 0, 3, 45), 0, 3, 1.7, 0)
+        self.assertTrue(tracker.add(here, T).accepted)
+
+        jumped = T.copy()  # the odometry jumps, the robot does not
+        jumped[0, 3] += 30
+        fix = tracker.add(here, jumped)
+        self.assertTrue(fix.accepted, fix.reason)
+        self.assertLess(np.abs(fix.T_map_sensor - T).max(), 0.1)
+        self.assertEqual(fix.to_dict()["track"]["searched"], "everywhere")
+
+        carried = moved(near(elsewhere, 10, 3, 45), 10, 3, 1.7, 0)[0]
+        for _ in range(3):
+            fix = tracker.add(carried, jumped)
+            self.assertFalse(fix.accepted)
+        self.assertTrue(fix.to_dict()["track"]["lost"])
+
     def test_a_window_answers_once(self):
         town = posts_town()
         tracker = xview.Tracker(xview.Localizer(xview.Map.build(town)), window=2)

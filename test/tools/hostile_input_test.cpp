@@ -267,17 +267,16 @@ TEST_F(Hostile, NamesOfAnyLengthMakeNoEndlessLine) {
 TEST_F(Hostile, RecordedFilesAreOneLineEach) {
   XVIEW_REQUIRE_DATA(data, "fault_inputs");
   if (!fs::exists(data)) GTEST_SKIP() << data << " is not here";
-  for (const char* name : {"map_bomb_A.xvm", "map_bomb_B.xvm"})
-    expectRefused({"info", "-q", data + "/" + name}, "damaged map file: ");
+  for (const char* name : {"map_bomb_A.xvm", "map_bomb_B.xvm", "ansi_names.xvm"})
+    expectRefused({"info", "-q", data + "/" + name}, "map of schema version 2");
   for (const char* name : {"undo_view.xvm", "undo_trigger.xvm"}) {
     const std::string copy = folder_ / name;
     writeText(copy, readText(data + "/" + name));
     const std::string before = readText(copy);
-    expectRefused({"fuse", "-q", copy, "--undo"}, "damaged map file: unexpected object");
+    expectRefused({"fuse", "-q", copy, "--undo"}, "map of schema version 2");
     EXPECT_TRUE(readText(copy) == before) << name;
   }
   expectRefused({"map", "-q", data + "/png_bad_zlib", out_}, "PNG damaged");
-  EXPECT_FALSE(steersTerminal(runXview({"info", data + "/ansi_names.xvm"}).out));
 }
 
 }  // namespace

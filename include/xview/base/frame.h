@@ -126,6 +126,11 @@ class FrameSource {
 /// A recording that is another one but for what a derived class says differently.
 class ForwardingSource : public FrameSource {
  public:
+  /// The other recording must outlive this object.
+  explicit ForwardingSource(const FrameSource& source) : source_(source) {}
+  /// The same of one that it holds.
+  explicit ForwardingSource(std::shared_ptr<const FrameSource> source)
+      : source_(*source), held_(std::move(source)) {}
   std::size_t size() const override { return source_.size(); }
   Eigen::Isometry3d pose(std::size_t index) const override { return source_.pose(index); }
   double stamp(std::size_t index) const override { return source_.stamp(index); }
@@ -141,22 +146,21 @@ class ForwardingSource : public FrameSource {
   }
 
  protected:
-  /// The other recording must outlive this object.
-  explicit ForwardingSource(const FrameSource& source) : source_(source) {}
-
   const FrameSource& source_;
+
+ private:
+  std::shared_ptr<const FrameSource> held_;
 };
 
 /// The frames of a recording under other classes; a derived class may change their labels as well.
 class RelabelledRecording : public ForwardingSource {
  public:
-  RelabelledRecording(std::unique_ptr<FrameSource> source, LabelSet labels)
-      : ForwardingSource(*source), owned_(std::move(source)), labels_(std::move(labels)) {}
+  RelabelledRecording(std::shared_ptr<const FrameSource> source, LabelSet labels)
+      : ForwardingSource(std::move(source)), labels_(std::move(labels)) {}
   const LabelSet& labels() const override { return labels_; }
   const FrameSource& asMeasured() const override { return source_.asMeasured(); }
 
  private:
-  std::unique_ptr<FrameSource> owned_;
   LabelSet labels_;
 };
 

@@ -32,7 +32,6 @@ struct OwnStretch {
   double confidence = 0;  ///< of such a query by its place alone, before points are registered
 };
 
-class PackedView;
 class PackedVertices;
 
 /// A place that is kept in a file, to localize in. Its poses, frames and stamps are key frames.
@@ -43,19 +42,19 @@ struct SemanticMap : Place {
   std::string options_yaml;                   ///< effective options of the last build
   std::vector<WrongPlace>
       wrong_places;  ///< of some of its own stretches; see measureNullHypothesis
-  std::vector<OwnStretch> own_stretches;          ///< these stretches at their own places
-  search::PathNull null;                          ///< of its path; see measureNullHypothesis
-  std::optional<pose::SurfaceNoise> noise;        ///< of its points, in canonical lengths
-  std::shared_ptr<const PackedView> packed_view;  ///< how the file has `bev`, if it comes from one
-  std::shared_ptr<const PackedVertices> packed_vertices;  ///< the same of the graph; openToGrow
+  std::vector<OwnStretch> own_stretches;    ///< these stretches at their own places
+  search::PathNull null;                    ///< of its path; see measureNullHypothesis
+  std::optional<pose::SurfaceNoise> noise;  ///< of its points, in canonical lengths
+  /// The vertices of `graph` as its file has them, if they come from one.
+  std::shared_ptr<const PackedVertices> packed_vertices;
   /// Of the view, if that is large; see map/contents.h.
   std::shared_ptr<const search::MapOverview> overview;
   /// Points that are not in `cloud`, if any, in canonical lengths; see openMap.
   std::shared_ptr<const StoredCloud> stored_points;
   /// In place of what `bev` holds, which is without samples and seen cells then; see
-  /// openToLocalize.
+  /// openMap.
   std::shared_ptr<const StoredView> stored_view;
-  /// In place of the vertices of `graph`, which has none then; see openToLocalize.
+  /// In place of the vertices of `graph`, which has none then; see openMap.
   std::shared_ptr<const StoredVertices> stored_vertices;
 
   void addKeyframe(const Eigen::Isometry3d& T_map_sensor, std::int64_t frame, double stamp_s,
@@ -136,23 +135,16 @@ Visit loadVisit(const std::string& path, std::size_t revision);
 /// there is none. Throws Error.
 bool undoRevision(const std::string& path);
 
-/// Throws Error: missing, not a map, unknown schema version (the message names both), damaged. The
-/// file is opened for reading only.
-SemanticMap loadMap(const std::string& path);
-
-/// The same without unpacking the points of a map of canonical scale: they stay in `stored_points`,
-/// a twelfth as large, until those of a place are asked for. A Localizer takes such a map; saveMap
-/// writes it.
+/// A map as its file has it: of one of canonical scale the points stay packed until those of a
+/// place are asked for (`stored_points`), and so do the vertices, if their edges are those of a
+/// radius (`stored_vertices`), and the bird's-eye view of a large one (`stored_view`). A Localizer
+/// takes such a map, appendToMap() grows it, saveMap() writes it. The file is opened for reading
+/// only. Throws Error: missing, not a map, another schema version (the message names both),
+/// damaged.
 SemanticMap openMap(const std::string& path);
 
-/// openMap() for a Localizer: of a map of canonical scale the vertices stay packed, too, if their
-/// edges are those of a radius (`stored_vertices`), and the bird's-eye view of a large one
-/// (`stored_view`).
-SemanticMap openToLocalize(const std::string& path);
-
-/// The same for whoever adds to the map and writes it back: what was not changed is not packed
-/// anew.
-SemanticMap openToGrow(const std::string& path);
+/// The same with all of it in memory: in `cloud`, `graph` and `bev`.
+SemanticMap loadMap(const std::string& path);
 
 /// Held from reading a map to writing it back, so that two programs that add to it at one time add
 /// one after the other, and neither loses what the other added. The constructor waits for whoever

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Maps with less detail: what is read where it is asked for is what a whole map has.
-#include "map/reduced_map.h"
+#include "map/common_detail.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <map>
 
 #include "base/random.h"
 #include "map/contents.h"
 #include "map/sample_map.h"
+#include "place/edges.h"
+#include "place/shapes.h"
 #include "search/distance_field.h"
 #include "support/test_data.h"
 
@@ -41,20 +43,12 @@ SemanticMap mapWithAnOverview() {
   return map;
 }
 
-/// Signs become poles, trunks poles and posts, terrain is left out; classes become one of twenty.
-Reduction someReduction() {
-  Reduction reduction;
-  reduction.moves = {{BevChannel::sign, {BevChannel::pole}},
-                     {BevChannel::trunk, {BevChannel::pole, BevChannel::pole_like}},
-                     {BevChannel::terrain, {}}};
-  reduction.label = [](std::uint32_t label) { return label % 20; };
-  for (std::uint32_t id = 0; id < 20; ++id) {
-    ClassInfo info;
-    info.id = id;
-    info.name = "class " + std::to_string(id);
-    reduction.labels.add(info);
-  }
-  return reduction;
+/// All detail that can go, and classes that shapes tell.
+CommonDetail shapesOnly() {
+  CommonDetail detail;
+  detail.shapes = detail.one_ground = detail.one_wall = detail.one_post = true;
+  detail.gone = 1u << static_cast<unsigned>(BevChannel::vehicle);
+  return detail;
 }
 
 class ReducedMap : public ::testing::Test {
@@ -63,10 +57,9 @@ class ReducedMap : public ::testing::Test {
     saveMap(path, mapWithAnOverview());
     SemanticMap rounded = loadMap(path);  // as a file does
     rounded.overview.reset();
-    rounded.packed_view.reset();
     saveMap(path, rounded);
-    whole = reduced(loadMap(path), someReduction());
-    opened = reduced(openToLocalize(path), someReduction());
+    whole = reduced(loadMap(path), shapesOnly(), labelsOfShapes());
+    opened = reduced(openMap(path), shapesOnly(), labelsOfShapes());
     ASSERT_TRUE(opened.stored_points && opened.stored_view && opened.stored_vertices);
   }
   TemporaryFolder folder;
@@ -77,7 +70,8 @@ class ReducedMap : public ::testing::Test {
 TEST_F(ReducedMap, HasTheSamePointsVerticesAndViewHoweverItWasRead) {
   EXPECT_TRUE(opened.labels == whole.labels);
   EXPECT_TRUE(isSame(viewOf(opened), whole.bev));
-  EXPECT_TRUE(whole.bev[BevChannel::sign].empty() && whole.bev[BevChannel::terrain].empty());
+  for (const BevChannel gone : {BevChannel::sign, BevChannel::terrain, BevChannel::vehicle})
+    EXPECT_TRUE(whole.bev[gone].empty()) << toString(gone);
   EXPECT_GT(whole.bev[BevChannel::pole].size(), whole.bev[BevChannel::pole_like].size());
 
   CellIndex columns;
@@ -92,11 +86,10 @@ TEST_F(ReducedMap, HasTheSamePointsVerticesAndViewHoweverItWasRead) {
     EXPECT_EQ(vertex.label, whole.graph.vertices[number].label);
   });
 
-  std::vector<std::size_t> of_class(20), read_of_class(20);
-  for (const Point& p : whole.cloud.points) ++of_class.at(p.label);
+  std::map<std::uint32_t, std::size_t> of_class, read_of_class;
+  for (const Point& p : whole.cloud.points) ++of_class[p.label];
   for (const PlaneCell& column : opened.stored_points->columns()) {
-    for (const Point& p : opened.stored_points->pointsOf(column)->points)
-      ++read_of_class.at(p.label);
+    for (const Point& p : opened.stored_points->pointsOf(column)->points) ++read_of_class[p.label];
   }
   EXPECT_EQ(read_of_class, of_class);
   unpackPoints(opened);
@@ -120,14 +113,15 @@ TEST_F(ReducedMap, IsSeenFromAfarAsItIs) {
     }
   }
   EXPECT_LT(other_nearest, squares / 500);
-  EXPECT_LT(other_medians, squares / 50);
+  EXPECT_LT(other_medians, squares / 20);
 }
 
 TEST_F(ReducedMap, IsToldFromTheWholeOne) {
-  EXPECT_NE(fingerprintOfView(opened), fingerprintOfView(openToLocalize(path)));
-  Reduction other = someReduction();
-  other.moves.pop_back();
-  EXPECT_NE(fingerprintOfView(opened), fingerprintOfView(reduced(openToLocalize(path), other)));
+  EXPECT_NE(fingerprintOfView(opened), fingerprintOfView(openMap(path)));
+  CommonDetail other = shapesOnly();
+  other.gone = 0;
+  EXPECT_NE(fingerprintOfView(opened),
+            fingerprintOfView(reduced(openMap(path), other, labelsOfShapes())));
 }
 
 }  // namespace
