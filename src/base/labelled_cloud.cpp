@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "xview/base/labelled_cloud.h"
 
+#include <ostream>
 #include <utility>
 #include <vector>
 
 #include "base/median.h"
 
 namespace xview {
+
+std::ostream& operator<<(std::ostream& out, const Point& point) {
+  return out << '(' << point.x << ',' << point.y << ',' << point.z << " - " << point.label << ')';
+}
 
 double LabelledCloud::typicalSigma() const {
   std::vector<float> sigmas;

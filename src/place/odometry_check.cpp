@@ -268,9 +268,11 @@ double distanceBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm();
 }
 
-/// How far apart two motions put what the sensor sees.
-double apartBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return distanceBetween(a, b) + kArm_m * rotationBetween(a, b);
+/// How far apart two motions put what the sensor sees. That it stands is told from a step by the
+/// way or by the turn, not by a little of both: depth errors go with a camera that begins to turn.
+double apartBetween(const Eigen::Isometry3d& other, const Eigen::Isometry3d& step, bool moves) {
+  const double way_m = distanceBetween(other, step), turn_m = kArm_m * rotationBetween(other, step);
+  return moves ? way_m + turn_m : std::max(way_m, turn_m);
 }
 
 }  // namespace
@@ -443,8 +445,7 @@ struct OdometryCheck::State {
                                           (overlaps ? in_place.of_overlap : in_place.of_all));
     for (const Eigen::Isometry3d& other : others) {
       const bool moves = other.translation().norm() >= kLeastMove_m;
-      // Depth errors go with a camera that turns, too, as if it stood.
-      const double apart_m = moves ? apartBetween(other, step) : distanceBetween(other, step);
+      const double apart_m = apartBetween(other, step, moves);
       const bool is_clear = apart_m >= kLeastOff_m;
       if (!is_clear && !(may_be_stuck && moves && apart_m >= kLeastOffStuck_m)) continue;
       if (rotationBetween(other, step) > kTurn_rad && (may_leave || !(overlaps || isLong(step))))

@@ -284,6 +284,17 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
   return confidenceOf(s, model) >= o.min_confidence;
 }
 
+/// Of an answer that a little more risk would accept: how much more, as a round number.
+std::string byAHair(double p_wrong, double risk) {
+  constexpr double kTimesMore = 10, kMost = 0.1;
+  if (p_wrong > std::min(kTimesMore * risk, kMost)) return "";
+  double round = std::pow(10, std::floor(std::log10(p_wrong)));
+  for (const double factor : {2.0, 2.5, 2.0}) {  // 1, 2, 5, 10
+    if (round < p_wrong) round *= factor;
+  }
+  return fmt::format("; accepted at a risk of {:.2g}", round);
+}
+
 }  // namespace
 
 double denseScore(const PlaceEvidence& place, const DenseEvidence& best) {
@@ -384,8 +395,8 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   }
   const Reason reason(e, s, model, std::log(o.min_confidence / (1 - o.min_confidence)));
   // Points that nobody could lay on those of the map do not say where the query is.
-  if (s.dense.of == DenseEvidence::Of::points && !s.dense.converged &&
-      verdict.confidence >= o.min_confidence) {
+  const bool lies_open = s.dense.of == DenseEvidence::Of::points && !s.dense.converged;
+  if (lies_open && verdict.confidence >= o.min_confidence) {
     verdict.confidence = std::nextafter(o.min_confidence, 0.0);
     verdict.reason_code = ReasonCode::not_converged;
     verdict.reason = reason.ofUnconverged();
@@ -403,6 +414,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     verdict.reason = reason.ofAmbiguous();
   } else {
     std::tie(verdict.reason_code, verdict.reason) = reason.ofRejected();
+    if (!lies_open) verdict.reason += byAHair(1 - verdict.confidence, 1 - o.min_confidence);
   }
   return verdict;
 }

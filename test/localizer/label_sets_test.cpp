@@ -48,10 +48,10 @@ class DriveIn {
   }
 };
 
-/// Of every map those of sets that are near and far in the list; all of them at night.
+/// Of every map that of a set that is near or far in the list, by turns; all of them at night.
 bool isAsked(std::size_t recording, std::size_t map, std::size_t sets) {
   const std::size_t step = (recording + sets - map) % sets;
-  return test::isNightly() || step == 1 || step == sets / 2;
+  return test::isNightly() || step == (map % 2 == 0 ? 1 : sets / 2);
 }
 
 /// What one set cannot name must neither be missed in the other nor be found there by chance.
@@ -92,12 +92,12 @@ TEST(LabelSets, ARecordingInOneShippedSetIsFoundInAMapOfAnyOther) {
       EXPECT_NE(strange.status, Status::accepted) << strange.reason;
     }
   }
-  EXPECT_GT(asked, test::isNightly() ? 200 : 25);
+  EXPECT_GT(asked, test::isNightly() ? 200 : 12);
   EXPECT_GE(accepted, 0.97 * asked) << "a map of five classes tells less:\n" << refused;
 }
 
-/// Check fix for: the vertices of a map that is read late were unpacked after its classes had become
-/// those of shapes, and met none of a raw query.
+/// Check fix for: the vertices of a map that is read late were unpacked after its classes had
+/// become those of shapes, and met none of a raw query.
 TEST(LabelSets, ARawQueryHasOneAnswerHoweverTheMapIsOpened) {
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", simulatedDrive().map);

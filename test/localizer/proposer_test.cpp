@@ -27,7 +27,8 @@ class KeyframeProposer final : public PlaceProposer {
     found.in_field = inputs_.fields.prepare(query);
     const Eigen::Isometry3d T_sensor_query = query.poses.back().inverse();
     std::vector<search::PlaceHypothesis> all;
-    for (const Eigen::Isometry3d& keyframe : inputs_.map.poses) {
+    for (std::size_t i = 0; i < inputs_.map.poses.size(); i += 3) {
+      const Eigen::Isometry3d& keyframe = inputs_.map.poses[i];
       for (const double yaw : {0.0, M_PI}) {
         Eigen::Isometry3d T_map_sensor = poseFromYaw(keyframe.translation(), yaw);
         T_map_sensor.linear() *= keyframe.linear();

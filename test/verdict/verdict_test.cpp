@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 
@@ -377,6 +378,27 @@ TEST(Verdict, SaysHowMuchMoreWouldTell) {
   EXPECT_NE(judged(e).reason.find("m more would tell"), std::string::npos) << judged(e).reason;
   e.travel_m = 0;
   EXPECT_EQ(judged(e).reason.find("more would tell"), std::string::npos) << "it did not move";
+}
+
+TEST(Verdict, RefusedByAHairSaysAtWhichRiskItIsAccepted) {
+  constexpr const char* kSaid = "accepted at a risk of ";
+  Random random(6);
+  int said = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Evidence e = randomEvidence(random);
+    VerdictOptions options;
+    const Verdict refused = judge(e, options);
+    const std::size_t at = refused.reason.find(kSaid);
+    if (at == std::string::npos) continue;
+    ++said;
+    EXPECT_EQ(refused.status, Status::rejected);
+    const double risk = std::stod(refused.reason.substr(at + std::strlen(kSaid)));
+    EXPECT_GT(risk, 0.01);
+    EXPECT_LE(risk, 0.1);
+    options.min_confidence = 1 - risk;
+    EXPECT_EQ(judge(e, options).status, Status::accepted) << refused.reason;
+  }
+  EXPECT_GT(said, 20);
 }
 
 TEST(Verdict, MoreWindowsNeedMore) {

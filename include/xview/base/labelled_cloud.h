@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iosfwd>
 #include <limits>
 #include <string>
 #include <utility>
@@ -18,12 +19,17 @@ namespace xview {
 /// `Point::view` of a point of which nobody knows from where it was seen.
 constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max();
 
-/// A labelled point, laid out as PCL wants it (16 bytes of x, y, z, 1 first) and registered there,
-/// so that one pcl::PointCloud<Point> flows through the program and into any filter, search, writer
-/// or viewer of PCL. It is not made of PCL's macros because <pcl/point_types.h> takes twice as long
-/// to compile as everything else here.
+/// A labelled point of PCL: 16 bytes of x, y, z, 1 first, its maps and operator<<, and registered
+/// there, so that one pcl::PointCloud<Point> flows through the program and into any transform,
+/// filter, search, registration, writer or viewer of PCL. It is not made of PCL's macros because
+/// <pcl/point_types.h> takes twice as long to compile as everything else here.
 struct alignas(16) Point {
-  float x = 0, y = 0, z = 0, one = 1;
+  union {
+    float data[4] = {0, 0, 0, 1};
+    struct {
+      float x, y, z;
+    };
+  };
   std::uint32_t label = 0;       ///< class id
   std::uint32_t instance = 0;    ///< 0 = none given by the data
   float sigma = 0;               ///< standard deviation of its position [m]; 0 = not known to err
@@ -31,17 +37,24 @@ struct alignas(16) Point {
 
   Point() = default;
   Point(float px, float py, float pz, std::uint32_t class_id = 0)
-      : x(px), y(py), z(pz), label(class_id) {}
+      : data{px, py, pz, 1}, label(class_id) {}
 
   using Vector3fMap = Eigen::Map<Eigen::Vector3f>;
   using ConstVector3fMap = Eigen::Map<const Eigen::Vector3f>;
+  using Array4fMap = Eigen::Map<Eigen::Array4f, Eigen::Aligned>;
+  using ConstArray4fMap = Eigen::Map<const Eigen::Array4f, Eigen::Aligned>;
   using Vector4fMap = Eigen::Map<Eigen::Vector4f, Eigen::Aligned>;
   using ConstVector4fMap = Eigen::Map<const Eigen::Vector4f, Eigen::Aligned>;
-  Vector3fMap getVector3fMap() { return Vector3fMap(&x); }
-  ConstVector3fMap getVector3fMap() const { return ConstVector3fMap(&x); }
-  Vector4fMap getVector4fMap() { return Vector4fMap(&x); }
-  ConstVector4fMap getVector4fMap() const { return ConstVector4fMap(&x); }
+  Vector3fMap getVector3fMap() { return Vector3fMap(data); }
+  ConstVector3fMap getVector3fMap() const { return ConstVector3fMap(data); }
+  Vector4fMap getVector4fMap() { return Vector4fMap(data); }
+  ConstVector4fMap getVector4fMap() const { return ConstVector4fMap(data); }
+  Array4fMap getArray4fMap() { return Array4fMap(data); }
+  ConstArray4fMap getArray4fMap() const { return ConstArray4fMap(data); }
 };
+
+/// (x,y,z - label), as PCL prints its own points.
+std::ostream& operator<<(std::ostream& out, const Point& point);
 
 }  // namespace xview
 
