@@ -8,7 +8,8 @@ contradicted?
 
 Poses of honest recordings are changed (jumps, stale, shifted and reversed poses, errors of length, heading and roll); images
 stay as they are. Counts accepted answers whose last pose is more than 5 m (rooms: 0.5 m) off, key frames that `fuse` puts
-more than 2 m (0.5 m) off, poses of --trajectory, --track, --sequence and follow that are off. Exit code 1 if there are any.
+more than 2 m (0.5 m) off, poses of --trajectory, --track, --sequence and follow that are off, and with --what honest
+recordings without a fault in which `info` finds one. Exit code 1 if there are any.
 """
 import argparse
 import collections
@@ -199,6 +200,15 @@ class Trials:
                             continue
                         self.judge(world, "localize", kind, json.loads(out.stdout.splitlines()[0]), truth)
                         done += i > 0
+
+    def honest(self):
+        """Recordings as they are: `info` must not say that their odometry jumps."""
+        for world, (sessions, _) in WORLDS.items():
+            for session in ["forward", *sessions]:
+                folder = f"{self.args.data}/{world}/{session}"
+                if os.path.isdir(folder):
+                    said = "nothing in the scans contradicts it" in self.run("info", folder).stdout
+                    self.note("info", "honest", "right" if said else "WRONG", f"{world} {session} is said to jump")
 
     def recordings(self):
         """Whole recordings with one fault: (world, name, folder, truth)."""

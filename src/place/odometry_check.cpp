@@ -437,10 +437,10 @@ struct OdometryCheck::State {
     // leave it.
     const bool overlaps = std::isfinite(in_place.of_overlap);
     if (!overlaps && may_leave) return result;
-    const bool stands = step.translation().norm() < kLeastMove_m;
-    const bool only_odometry_stands = overlaps && in_place.of_overlap < kStands && stands;
+    const bool is_on_the_spot = step.translation().norm() < kLeastMove_m;
     const bool may_be_stuck =
-        stands && rotationBetween(step, Eigen::Isometry3d::Identity()) < kLeastTurn_rad;
+        is_on_the_spot && rotationBetween(step, Eigen::Isometry3d::Identity()) < kLeastTurn_rad;
+    const bool only_odometry_stands = overlaps && in_place.of_overlap < kStands && may_be_stuck;
     double most = std::max(kExplains, (only_odometry_stands ? kMoreThanStanding : kClearlyMore) +
                                           (overlaps ? in_place.of_overlap : in_place.of_all));
     for (const Eigen::Isometry3d& other : others) {
@@ -459,7 +459,10 @@ struct OdometryCheck::State {
       } else if (!(explained >= most && is_clear)) {
         // Over more than a step houses of a street may take one another's place, from the air what
         // is parked, and where the sensor turns on the spot what stands around it.
-        const bool is_turned_only = distanceBetween(other, step) < kLeastOffStuck_m;
+        const bool may_turn_only =
+            !may_be_stuck && (is_on_the_spot || in_place.of_overlap >= kStands);
+        const bool is_turned_only =
+            distanceBetween(other, step) < (may_turn_only ? kLeastOff_m : kLeastOffStuck_m);
         if (result.off_m || may_leave || now.aerial || is_turned_only || !(explained >= kExplains))
           continue;
         if (!allTellingPointsAreFor(by_other, in_place)) continue;
