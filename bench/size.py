@@ -17,7 +17,7 @@ ROOMS = {
     "include": (["include/xview"], 2600, None),
     "base": (["src/base"], 3200, None),
     "process": (["src/process"], 1000, None),
-    "place": (["src/place"], 7200, 8105),
+    "place": (["src/place"], 7200, 8110),
     "search": (["src/search"], 5400, 5920),
     "match": (["src/match"], 1300, None),
     "pose": (["src/pose"], 2800, None),
