@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Windows of one world in the map of another one of the same make: how many are accepted?
 
-    bench/strangers.py [--program build/xview] [--seeds 4711,4712,4713,4714] [--styles suburb,grid,...] [--work FOLDER]
+    bench/out_of_map.py [--program build/xview] [--seeds 4711,4712,4713,4714] [--styles suburb,grid,...] [--work FOLDER]
 
 Worlds of each style are simulated with usual labels (83 % of the pixels right) and mapped; windows of the sessions
 back and aside of every other seed of the style are localized in each map. Prints a row per style, and a line per
@@ -48,7 +48,7 @@ def main():
     parser.add_argument("--program", default=str(ROOT / "build/xview"))
     parser.add_argument("--seeds", default="4711,4712,4713,4714")
     parser.add_argument("--styles", default="suburb,grid,village,campus,office")
-    parser.add_argument("--work", type=Path, default=ROOT / "build/strangers")
+    parser.add_argument("--work", type=Path, default=ROOT / "build/out_of_map")
     parser.add_argument("--jobs", type=int, default=1)
     given = parser.parse_args()
     given.work.mkdir(parents=True, exist_ok=True)
