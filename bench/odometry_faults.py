@@ -39,10 +39,8 @@ def read_poses(path):
     if rows and len(rows[0]) == 12:
         return None, [np.vstack([np.array(row, float).reshape(3, 4), [0, 0, 0, 1]]) for row in rows]
     stamps, poses = [], []
-    for line in open(path):
-        if not line.strip() or line.startswith("#"):
-            continue
-        s, x, y, z, qx, qy, qz, qw = map(float, line.split())
+    for row in rows:
+        s, x, y, z, qx, qy, qz, qw = map(float, row)
         n = np.array([qx, qy, qz, qw])
         qx, qy, qz, qw = n / np.linalg.norm(n)
         T = np.eye(4)

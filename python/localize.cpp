@@ -116,7 +116,9 @@ class FollowedRobot {
       });
     });
     ++added_;
-    if (added_ % window_ != 0 && follow.budget_exhausted.empty()) return std::nullopt;
+    const bool says_something = follow.window || !follow.budget_exhausted.empty() ||
+                                (added_ % window_ == 0 && !follow.found());
+    if (!says_something) return std::nullopt;
     return answered(std::move(follow), stamp_s, work);
   }
 
@@ -137,13 +139,19 @@ class FollowedRobot {
         TrackAnswer{{}, follow.was_expected, follow.state == FollowAnswer::State::lost, 0};
     if (follow.found()) {
       answer.fix.status = Status::accepted;
+      answer.fix.reason_code = ReasonCode::accepted;
       answer.fix.T_map_sensor = follow.T_map_sensor;
       answer.fix.T_map_query = follow.T_map_odom;
+      // Held: by itself the window may have found nothing.
+      if (answer.fix.hypotheses.empty()) answer.fix.hypotheses.resize(1);
+      answer.fix.hypotheses[0].T_map_query = follow.T_map_odom;
       answer.fix.covariance = follow.covariance;
       answer.fix.confidence = follow.confidence;
       answer.fix.reason = follow.reason;
     } else if (answer.fix.accepted() || answer.fix.reason.empty()) {
       answer.fix.status = Status::rejected;
+      answer.fix.reason_code =
+          answer.budget_exhausted.empty() ? ReasonCode::contradicted : ReasonCode::budget_exhausted;
       answer.fix.reason = follow.reason;
     }
     return finished(std::move(answer), Sensor::lidar, work);

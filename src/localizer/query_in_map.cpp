@@ -28,6 +28,7 @@ bool isTurn(const Eigen::Quaterniond& R) {
   return R.angularDistance(Eigen::Quaterniond::Identity()) > 0;
 }
 
+/// Nothing of a query is packed; see map::unpack.
 void unpack(Place&) {}
 
 template <class PlaceOrMap>

@@ -284,7 +284,7 @@ search::MapOverview reducedOverview(search::MapOverview overview, const ChannelM
 }  // namespace
 
 SemanticMap reduced(const SemanticMap& map, const CommonDetail& detail, const LabelSet& of_query) {
-  const bool knows_overview = map.stored_view || (map.overview && hasOverview(map));
+  const bool knows_overview = map.stored_view || hasOverview(map);
   ChannelMoves moves = detail.shapes ? movesToShapes() : ChannelMoves();
   for (ChannelMove& move : movesTo(detail)) moves.push_back(std::move(move));
   SemanticMap result = map;

@@ -416,6 +416,7 @@ class Following(unittest.TestCase):
         jumped[0, 3] += 30
         fix = tracker.add(here, jumped)
         self.assertTrue(fix.accepted, fix.reason)
+        self.assertEqual(fix.reason_code, "accepted")
         self.assertLess(np.abs(fix.T_map_sensor - T).max(), 0.1)
         self.assertEqual(fix.to_dict()["track"]["searched"], "everywhere")
 
@@ -423,6 +424,7 @@ class Following(unittest.TestCase):
         for _ in range(3):
             fix = tracker.add(carried, jumped)
             self.assertFalse(fix.accepted)
+            self.assertNotEqual(fix.reason_code, "accepted")
         self.assertTrue(fix.to_dict()["track"]["lost"])
 
     def test_a_window_answers_once(self):
@@ -431,6 +433,11 @@ class Following(unittest.TestCase):
         scan, T = moved(near(town, 0, 0, 45), 0, 0, 1.7, 0)
         self.assertIsNone(tracker.add(scan, T))
         self.assertTrue(tracker.add(scan, T).accepted)
+        tracker = xview.Tracker(xview.Localizer(xview.Map.build(town), timeout=1e-9))
+        fix = tracker.add(scan, T)
+        self.assertFalse(fix.accepted)
+        self.assertEqual(fix.reason_code, "budget_exhausted")
+        self.assertTrue(fix.budget_exhausted)
 
 
 class PaperSteps(unittest.TestCase):
