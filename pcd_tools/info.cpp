@@ -14,6 +14,7 @@
 #include "inputs.h"
 #include "io/bag_files.h"
 #include "localizer/query_check.h"
+#include "localizer/query_in_map.h"
 #include "map/contents.h"
 #include "outputs.h"
 #include "place/edges.h"
@@ -375,9 +376,8 @@ void Meeting::printGraphs(Sheet& sheet) const {
 void Meeting::printSearch(Sheet& sheet) const {
   const std::string windows = ownAcceptanceText(map_);
   if (!windows.empty()) sheet.row("own windows", windows);
-  const double to_town = 1 / map_.size;
-  const auto problem = whyUnfindable(*Scaled<Query>(*query_.whole, to_town),
-                                     *Scaled<map::SemanticMap>(map_, to_town));
+  const QueryInMap in_map(*query_.whole, map_.labels, map_.size, input_.parsed().class_names);
+  const auto problem = whyUnfindable(*in_map, *Scaled<map::SemanticMap>(map_, 1 / map_.size));
   sheet.row("findable", problem ? "no: " + *problem : "worth a search", !problem);
   sheet.hidden("reason", problem.value_or(""));
 }

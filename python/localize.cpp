@@ -135,8 +135,10 @@ class FollowedRobot {
     answer.last_frame = static_cast<std::int64_t>(answer.last_index);
     answer.last_stamp_s = stamp_s;
     if (follow.window) answer.fix = std::move(*follow.window);
-    answer.track =
-        TrackAnswer{{}, follow.was_expected, follow.state == FollowAnswer::State::lost, 0};
+    answer.track = TrackAnswer{{},
+                               follow.was_expected,
+                               follow.state == FollowAnswer::State::lost,
+                               follow.expected_within_m};
     if (follow.found()) {
       answer.fix.status = Status::accepted;
       answer.fix.reason_code = ReasonCode::accepted;

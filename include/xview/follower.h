@@ -32,7 +32,8 @@ struct FollowAnswer {
   std::string budget_exhausted{};  ///< Budget::exhausted()
   /// What the window that ends with this frame says by itself; none between windows.
   std::optional<Localization> window{};
-  bool was_expected = false;  ///< the window was accepted where odometry expects it
+  bool was_expected = false;     ///< the window was accepted where odometry expects it
+  double expected_within_m = 0;  ///< of there, horizontally [m]; 0 = it was expected nowhere
 
   bool found() const { return state == State::found; }
 };

@@ -213,6 +213,44 @@ class CellTable {
   std::size_t last_ = 0;     ///< entry that was asked for last
 };
 
+/// Values of the cells of an unbounded plane, in tiles of 8x8 that are made when one of their cells
+/// is written.
+template <class Value>
+class TilePlane {
+ public:
+  static constexpr int kBits = 3, kSide = 1 << kBits;
+  struct Tile {
+    PlaneCell key;
+    std::array<Value, kSide * kSide> values{};  ///< row by row
+  };
+
+  /// Value() if nothing was written.
+  Value operator()(const PlaneCell& cell) const {
+    const std::int32_t number = tiles_.find(tileOf(cell));
+    return number < 0 ? Value() : tiles_[static_cast<std::size_t>(number)].values[indexOf(cell)];
+  }
+  Value& at(const PlaneCell& cell) {
+    return at(cell, [](Tile&) {});
+  }
+  /// The same, and fill(tile) is called for a tile that is new.
+  template <class Fill>
+  Value& at(const PlaneCell& cell, const Fill& fill) {
+    const auto made = [&] {
+      Tile tile{tileOf(cell), {}};
+      fill(tile);
+      return tile;
+    };
+    return tiles_[tiles_.numberOf(tileOf(cell), made)].values[indexOf(cell)];
+  }
+
+ private:
+  static PlaneCell tileOf(const PlaneCell& cell) { return {cell.x >> kBits, cell.y >> kBits}; }
+  static std::size_t indexOf(const PlaneCell& cell) {
+    return static_cast<std::size_t>((cell.y & (kSide - 1)) << kBits | (cell.x & (kSide - 1)));
+  }
+  CellTable<Tile> tiles_;
+};
+
 /// Numbers the occupied cells of an unbounded grid: (x, y) -> 0, 1, 2 … in order of first use.
 /// Cells live in 64x64 tiles, so that a look-up near the last ones costs a few instructions and a
 /// road network costs its streets, not its bounding box. Remembers the last tiles: not for several

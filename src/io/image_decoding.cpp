@@ -4,6 +4,7 @@
 #include <libdeflate.h>
 
 #include <algorithm>
+#include <boost/endian/conversion.hpp>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -36,11 +37,6 @@ constexpr bool kLooksAtChecksums = false;  // random changes are to reach what i
 constexpr bool kLooksAtChecksums = true;
 #endif
 
-std::uint32_t bigEndian(const unsigned char* data) {
-  return std::uint32_t{data[0]} << 24 | std::uint32_t{data[1]} << 16 | std::uint32_t{data[2]} << 8 |
-         data[3];
-}
-
 /// 0 for a colour type that does not exist.
 int channelsOf(PngColor color) {
   static constexpr int kBevChannels[] = {1, 0, 3, 1, 2, 0, 4};
@@ -50,7 +46,8 @@ int channelsOf(PngColor color) {
 
 PngHeader parseHeader(const std::string& path, const unsigned char* data, std::size_t size) {
   if (size != 13) throw Error(path, fmt::format("PNG header of {} bytes, expected 13", size));
-  const std::uint32_t width = bigEndian(data), height = bigEndian(data + 4);
+  const std::uint32_t width = boost::endian::load_big_u32(data),
+                      height = boost::endian::load_big_u32(data + 4);
   if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide) {
     throw Error(path, fmt::format("PNG of {} x {} pixels, expected 1 to {} each way", width, height,
                                   kMaxSide));
@@ -348,13 +345,13 @@ PngHeader checkPng(const std::string& path, const std::vector<unsigned char>& by
     const std::string place = fmt::format("PNG damaged at byte {}: ", at);
     if (bytes.size() - at < 12) throw Error(path, place + "the file ends inside a chunk");
     const unsigned char* chunk = bytes.data() + at;
-    const std::uint64_t length = bigEndian(chunk);
+    const std::uint64_t length = boost::endian::load_big_u32(chunk);
     if (length > bytes.size() - at - 12) {
       throw Error(path, fmt::format("{}a chunk of {} bytes, only {} are left", place, length,
                                     bytes.size() - at - 12));
     }
-    if (kLooksAtChecksums &&
-        libdeflate_crc32(0, chunk + 4, length + 4) != bigEndian(chunk + 8 + length)) {
+    if (kLooksAtChecksums && libdeflate_crc32(0, chunk + 4, length + 4) !=
+                                 boost::endian::load_big_u32(chunk + 8 + length)) {
       throw Error(path, place + "wrong checksum");
     }
     const std::string_view type(reinterpret_cast<const char*>(chunk) + 4, 4);

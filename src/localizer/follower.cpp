@@ -75,6 +75,7 @@ struct Follower::State {
   FollowAnswer withWindow(FollowAnswer answer) {
     answer.window = std::exchange(window_answer_, std::nullopt);
     answer.was_expected = std::exchange(was_expected_, false);
+    answer.expected_within_m = std::exchange(expected_within_m_, 0);
     return answer;
   }
 
@@ -99,6 +100,7 @@ struct Follower::State {
   bool was_found_ = false;
   std::optional<Localization> window_answer_;  ///< of the last window, until it is handed out
   bool was_expected_ = false;
+  double expected_within_m_ = 0;
   std::optional<Eigen::Isometry3d> last_;  ///< T_odom_sensor
   std::deque<double> steps_m_;             ///< of the last frames
 };
@@ -236,6 +238,7 @@ FollowAnswer Follower::State::judge(const Query& query) {
   const TrackAnswer answer = tracker_->follow(query);
   window_answer_ = answer.fix;
   was_expected_ = answer.local;
+  expected_within_m_ = answer.radius_m;
   if (answer.fix.accepted()) return found(answer.fix);
   if (isBudgetSpent()) return withoutPose(answer.fix.reason);
   const Eigen::Vector3d expected = (fix_->T_map_odom * *last_).translation();

@@ -150,7 +150,7 @@ QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double ma
     map::reduceToShapes(map_labels, *changed_);
   } else if (!detail.shapes && !(given.labels == map_labels)) {
     const LabelMatch match(given.labels, map_labels, names);
-    if (!match.changesNothing() && !match.isHopeless()) changed_ = translated(given, match);
+    if (!match.isHopeless()) changed_ = translated(given, match);
   }
   if (!detail.isAll()) {
     if (!changed_) changed_ = given;

@@ -129,7 +129,7 @@ class FineRaster {
   LikelihoodRaster raster_;
   const double rim_m_;
   std::mutex mutex_;
-  TiledGrid<std::uint8_t> written_;  ///< blocks
+  TilePlane<std::uint8_t> written_;  ///< blocks
 };
 
 /// The rotation that tilts an upright query by a slope of its heights.

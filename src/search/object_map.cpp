@@ -322,34 +322,38 @@ void ObjectMap::measureDensities() {
   }
 }
 
-void Coverage::Square::draw(double x, double y) {
-  constexpr double kWidest_m = widest_m();
-  const PlaneCell low = cellAt(x - kWidest_m, y - kWidest_m, kCell_m),
-                  high = cellAt(x + kWidest_m, y + kWidest_m, kCell_m);
-  const int x0 = key.x * kSide, y0 = key.y * kSide;
-  for (int cy = std::max(low.y - y0, 0); cy <= std::min(high.y - y0, kSide - 1); ++cy) {
-    for (int cx = std::max(low.x - x0, 0); cx <= std::min(high.x - x0, kSide - 1); ++cx) {
-      const double dx = (x0 + cx + 0.5) * kCell_m - x, dy = (y0 + cy + 0.5) * kCell_m - y;
-      const double square = dx * dx + dy * dy;
-      std::uint8_t& cell = cells[static_cast<std::size_t>(cy * kSide + cx)];
-      if (square >= kWidest_m * kWidest_m || cell == 255) continue;
-      const double fades = (kWidest_m - std::sqrt(square)) / (2 * kFading_m);
-      cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
+/// Draws how surely things near the points of the map would be in it.
+void ObjectMap::cover(Coverage::Tile& tile) const {
+  constexpr double kFading_m = 1.5;  // half the width of the rim of what the map covers
+  constexpr double kWidest_m = kSeenNear_m + kFading_m, kHalf_m = Coverage::kSide * kCovered_m / 2;
+  const int x0 = tile.key.x * Coverage::kSide, y0 = tile.key.y * Coverage::kSide;
+  const auto draw = [&](double x, double y) {
+    const PlaneCell low = cellAt(x - kWidest_m, y - kWidest_m, kCovered_m),
+                    high = cellAt(x + kWidest_m, y + kWidest_m, kCovered_m);
+    for (int cy = std::max(low.y - y0, 0); cy <= std::min(high.y - y0, Coverage::kSide - 1); ++cy) {
+      for (int cx = std::max(low.x - x0, 0); cx <= std::min(high.x - x0, Coverage::kSide - 1);
+           ++cx) {
+        const double dx = (x0 + cx + 0.5) * kCovered_m - x, dy = (y0 + cy + 0.5) * kCovered_m - y;
+        const double square = dx * dx + dy * dy;
+        std::uint8_t& cell = tile.values[static_cast<std::size_t>(cy * Coverage::kSide + cx)];
+        if (square >= kWidest_m * kWidest_m || cell == 255) continue;
+        const double fades = (kWidest_m - std::sqrt(square)) / (2 * kFading_m);
+        cell = std::max(cell, static_cast<std::uint8_t>(255 * std::min(1.0, fades)));
+      }
     }
-  }
+  };
+  visitBlocks(x0 * kCovered_m + kHalf_m, y0 * kCovered_m + kHalf_m, kHalf_m + kWidest_m,
+              [&](std::uint32_t i) { draw(points_[i].x, points_[i].y); });
 }
 
 void ObjectMap::coverage(const std::vector<Eigen::Vector2d>& places,
                          std::vector<double>& result) const {
-  const std::unique_lock<std::mutex> lock = coverage_.lock();
-  const auto draw = [&](Coverage::Square& square) {
-    constexpr double kHalf_m = Coverage::kSquare_m / 2;
-    visitBlocks(square.key.x * Coverage::kSquare_m + kHalf_m,
-                square.key.y * Coverage::kSquare_m + kHalf_m, kHalf_m + Coverage::widest_m(),
-                [&](std::uint32_t i) { square.draw(points_[i].x, points_[i].y); });
-  };
+  const std::lock_guard<std::mutex> lock(covering_);
   result.clear();
-  for (const Eigen::Vector2d& p : places) result.push_back(coverage_.at(p.x(), p.y(), draw));
+  for (const Eigen::Vector2d& p : places) {
+    const PlaneCell cell = cellAt(p.x(), p.y(), kCovered_m);
+    result.push_back(coverage_.at(cell, [&](Coverage::Tile& tile) { cover(tile); }) / 255.0);
+  }
 }
 
 std::optional<std::uint16_t> ObjectMap::slotOf(std::uint32_t label) const {

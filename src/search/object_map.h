@@ -35,54 +35,6 @@ void forSquare(double x, double y, double half_side, double side, const Visit& v
   }
 }
 
-/// Values of the cells of an unbounded plane that were written.
-template <class Value>
-class SparseGrid {
- public:
-  /// Null if nothing was written.
-  const Value* find(const PlaneCell& cell) const {
-    const std::int32_t number = cells_.find(cell);
-    return number < 0 ? nullptr : &cells_[static_cast<std::size_t>(number)].value;
-  }
-  Value& at(const PlaneCell& cell) {
-    return cells_[cells_.numberOf(cell, [&] { return Entry{cell}; })].value;
-  }
-
- private:
-  struct Entry {
-    PlaneCell key;
-    Value value{};
-  };
-  CellTable<Entry> cells_;
-};
-
-/// The same for values of which many neighbours are written: 8x8 cells in one piece.
-template <class Value>
-class TiledGrid {
- public:
-  /// Value() if nothing was written.
-  Value operator()(const PlaneCell& cell) const {
-    const std::int32_t number = tiles_.find(tileOf(cell));
-    return number < 0 ? Value() : tiles_[static_cast<std::size_t>(number)].values[indexOf(cell)];
-  }
-  Value& at(const PlaneCell& cell) {
-    const PlaneCell tile = tileOf(cell);
-    return tiles_[tiles_.numberOf(tile, [&] { return Tile{tile, {}}; })].values[indexOf(cell)];
-  }
-
- private:
-  static constexpr int kBits = 3, kSide = 1 << kBits;
-  struct Tile {
-    PlaneCell key;
-    std::array<Value, kSide * kSide> values{};
-  };
-  static PlaneCell tileOf(const PlaneCell& cell) { return {cell.x >> kBits, cell.y >> kBits}; }
-  static std::size_t indexOf(const PlaneCell& cell) {
-    return static_cast<std::size_t>((cell.y & (kSide - 1)) << kBits | (cell.x & (kSide - 1)));
-  }
-  CellTable<Tile> tiles_;
-};
-
 /// Samples of a surface this far apart are independent evidence [m].
 constexpr double kIndependentM = 6;
 /// Factors on the chance to find an object again: for things that move between visits, and for
@@ -128,51 +80,6 @@ struct MapPoint {
   bool hasTangent() const { return tangent_x != 0 || tangent_y != 0; }
 };
 
-/// How surely things would be in a map, had they been there, in squares that are drawn when
-/// somebody asks for them.
-class Coverage {
- public:
-  static constexpr double kCell_m = 4;
-  static constexpr int kSide = 8;  ///< cells of a square
-  static constexpr double kSquare_m = kSide * kCell_m;
-
-  struct Square {
-    PlaneCell key;
-    std::array<std::uint8_t, kSide * kSide> cells{};  ///< row by row, in steps of 1 / 255
-
-    /// Covers what is near a point.
-    void draw(double x, double y);
-  };
-  static constexpr double widest_m() { return kSeenNear_m + kFading_m; }
-
-  std::unique_lock<std::mutex> lock() { return std::unique_lock<std::mutex>(mutex_); }
-  /// Under the lock; a square that is new is empty, and draw(square) is called.
-  template <class Draw>
-  double at(double x, double y, const Draw& draw) {
-    const PlaneCell cell = cellAt(x, y, kCell_m);
-    const PlaneCell square{cell.x >> kBits, cell.y >> kBits};
-    const std::int32_t known = squares_.find(square);
-    const std::size_t number =
-        known >= 0 ? static_cast<std::size_t>(known) : squares_.numberOf(square, [&] {
-          Square made{square, {}};
-          draw(made);
-          return made;
-        });
-    const int mask = kSide - 1;
-    return squares_[number]
-               .cells[static_cast<std::size_t>((cell.y & mask) * kSide + (cell.x & mask))] /
-           255.0;
-  }
-
- private:
-  static constexpr int kBits = 3;
-  static_assert(1 << kBits == kSide);
-  static constexpr double kFading_m = 1.5;  ///< half the width of the rim of what the map covers
-
-  std::mutex mutex_;
-  CellTable<Square> squares_;
-};
-
 /// The map prepared for verification: points in blocks, tangents, densities.
 class ObjectMap {
  public:
@@ -199,9 +106,8 @@ class ObjectMap {
   }
   template <class Visitor>
   void visitBlock(const PlaneCell& block, const Visitor& visit) const {
-    const Range* range = blocks_.find(block);
-    if (!range) return;
-    for (std::uint32_t i = range->begin; i < range->end; ++i) visit(i);
+    const Range range = blocks_(block);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) visit(i);
   }
   static constexpr double kBlock_m = 32;
   /// Indices of the points in a square.
@@ -228,11 +134,15 @@ class ObjectMap {
   std::vector<ObjectClass> classes_;
   std::map<std::uint32_t, std::uint16_t> slot_of_label_;
   std::vector<MapPoint> points_;
-  SparseGrid<Range> blocks_;
-  std::vector<TiledGrid<std::uint16_t>>
+  TilePlane<Range> blocks_;
+  std::vector<TilePlane<std::uint16_t>>
       counts_;  ///< per slot: vertices in the 3x3 density cells around
-  TiledGrid<std::uint8_t> known_;
+  TilePlane<std::uint8_t> known_;
   bool has_heights_ = false;
+  static constexpr double kCovered_m = 4;    ///< side of a cell of coverage_
+  using Coverage = TilePlane<std::uint8_t>;  ///< in steps of 1 / 255
+  void cover(Coverage::Tile& tile) const;
+  mutable std::mutex covering_;
   mutable Coverage coverage_;
 };
 

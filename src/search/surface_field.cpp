@@ -3,7 +3,7 @@
 #include <cmath>
 #include <iterator>
 #include <mutex>
-#include <set>
+#include <utility>
 
 #include "base/cells.h"
 #include "base/median.h"
@@ -205,7 +205,7 @@ class Rasters {
     };
     for (std::int32_t ty = tileOf(y); ty <= tileOf(y + side - 1); ++ty) {
       for (std::int32_t tx = tileOf(x); tx <= tileOf(x + side - 1); ++tx) {
-        if (written_.emplace(ty, tx).second) write({tx, ty});
+        if (!std::exchange(written_.at({tx, ty}), std::uint8_t{1})) write({tx, ty});
       }
     }
     return lock;
@@ -217,7 +217,7 @@ class Rasters {
   std::optional<LikelihoodRaster> first_look_;
   mutable std::mutex mutex_;
   mutable LikelihoodRaster raster_;
-  mutable std::set<std::pair<std::int32_t, std::int32_t>> written_;
+  mutable TilePlane<std::uint8_t> written_;  ///< tiles of the field
 };
 
 std::vector<RasterSample> rasterSamples(const std::vector<SurfaceSamples::Sample>& samples) {

@@ -51,7 +51,8 @@ enum Term : std::size_t {
   kMargin,       ///< logarithms of the margins over the other places of the query, its null sample;
                  ///< of bare graphs times the share of vertices that are found
   kInlierRatio,  ///< logarithm of the inlier ratio above null over that of wrong places of the map
-  kOverlap,      ///< overlap of query and map, both ways, over the usual one
+  kOverlap,      ///< overlap of query and map, both ways, over the usual one; where the map overlap
+                 ///< is not known, how far the query fits the map less than it fits itself
   kMapCoverage,  ///< logarithm of Statistics::map_coverage: out-of-map queries fit best where they
                  ///< hang over the edge of the map
   kFreeSpace,    ///< negative logarithm of the free-space violation over the usual one

@@ -410,6 +410,7 @@ TEST(Follower, SaysWhatEachWindowSays) {
     if (!answer.window) continue;
     ++windows;
     expected += answer.was_expected;
+    EXPECT_EQ(answer.expected_within_m > 0, windows > 1);
     const Localization alone = localizer.localize(drive.query("rear", i - 14, i + 1));
     EXPECT_EQ(answer.window->accepted(), alone.accepted());
     EXPECT_LT((answer.window->T_map_sensor.translation() - alone.T_map_sensor.translation()).norm(),

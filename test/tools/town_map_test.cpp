@@ -93,6 +93,11 @@ TEST_F(TinyTown, AQueryInMillimetresOrWithOtherClassesIsSaidToBeUnfindable) {
   writeText(file("other.ply"), graph("giraffe", 1));
   const Json other = meeting({file("other.ply"), map()});
   EXPECT_EQ(other["only_in_query"], Json::array({"giraffe"}));
+  EXPECT_EQ(other["findable"], false);
+  // Check fix for: classes that --class-names makes one were said to have nothing in common.
+  writeText(file("words.txt"), "object pole: giraffe, pole\n");
+  EXPECT_EQ(meeting({"--class-names", file("words.txt"), file("other.ply"), map()})["findable"],
+            true);
 }
 
 /// The command fails, says why in one line, and leaves the map as it is; not so with --force.

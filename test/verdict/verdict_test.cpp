@@ -594,13 +594,31 @@ TEST(Verdict, WhatStandsElsewhereIsAsGoodAReasonAsWhatIsMissing) {
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }
 
+/// A like room of another building stands out of the rooms of the map, but the query does not fit
+/// it as it fits itself.
+TEST(Verdict, ALikeRoomFitsLessThanTheQueryFitsItself) {
+  Evidence e = goodView();
+  e.runner_up = 140;
+  verifySecondBest(e);
+  const std::vector<WrongPlace> like_rooms(20, WrongPlace{0.2, {}, {}, {}});
+  const auto fitting = [&](double inlier_ratio, double elsewhere) {
+    e.dense = points(inlier_ratio, 0.08, {}, 0.65, 0.02);
+    e.alternatives[0].dense = points(elsewhere, 0.08);
+    return judge(e, kOptions, defaultVerdictModel(), like_rooms);
+  };
+  EXPECT_EQ(fitting(0.6, 0.4).status, Status::accepted) << fitting(0.6, 0.4).reason;
+  const Verdict like_room = fitting(0.36, 0.16);
+  EXPECT_EQ(like_room.reason_code, ReasonCode::contradicted) << like_room.reason;
+  EXPECT_NE(like_room.reason.find("65 % between halves of the query"), std::string::npos);
+}
+
 /// The reason names the term that is farthest from what it is of right answers.
 TEST(Verdict, SaysWhatDecides) {
   Evidence e = closeCall();
   e.map_coverage = 0.16;
   e.runner_up = e.alternatives[0].score = 20;
-  e.dense.inlier_ratio = 0.22;
-  e.alternatives[0].dense.inlier_ratio = 0.15;
+  e.dense.inlier_ratio = 0.4;
+  e.alternatives[0].dense.inlier_ratio = 0.3;
   EXPECT_EQ(judged(e).reason_code, ReasonCode::out_of_map) << judged(e).reason;
   e = closeCall();
   e.dense.inlier_ratio = 0.07;

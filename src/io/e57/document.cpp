@@ -4,6 +4,7 @@
 #include <expat.h>
 
 #include <algorithm>
+#include <boost/crc.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -19,20 +20,7 @@ constexpr std::uint64_t kLongestXml = std::uint64_t{16} << 20;
 constexpr std::size_t kMostNodes = 200000, kDeepest = 32;
 constexpr std::size_t kLongestTag = std::size_t{1} << 17;  ///< with its attributes [bytes]
 
-std::uint32_t crc32c(const char* bytes, std::size_t count) {
-  static const auto table = [] {
-    std::array<std::uint32_t, 256> sums{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-      sums[i] = i;
-      for (int bit = 0; bit < 8; ++bit) sums[i] = (sums[i] >> 1) ^ (sums[i] & 1 ? 0x82F63B78U : 0U);
-    }
-    return sums;
-  }();
-  std::uint32_t sum = ~0U;
-  for (std::size_t i = 0; i < count; ++i)
-    sum = table[(sum ^ static_cast<std::uint8_t>(bytes[i])) & 0xFF] ^ (sum >> 8);
-  return ~sum;
-}
+using Crc32c = boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true>;
 
 // ---- XML
 
@@ -245,7 +233,9 @@ void E57Pages::readPage(std::uint64_t index) {
   file_.seek(index * kPage);
   file_.readBytes(page_.data(), kPage);
   // All else is little-endian, but the sums that every program writes are not.
-  if (crc32c(page_.data(), kContent) != storedNumber<std::uint32_t>(&page_[kContent], true))
+  Crc32c sum;
+  sum.process_bytes(page_.data(), kContent);
+  if (sum.checksum() != storedNumber<std::uint32_t>(&page_[kContent], true))
     file_.fail("the page from byte {} on is damaged: its CRC-32C is another", index * kPage);
   page_index_ = index;
 }
