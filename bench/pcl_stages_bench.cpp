@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "place/blobs.h"
+#include "place/lift.h"
 #include "pose/distribution_map.h"
 #include "pose/refine.h"
 #include "xview/io/recording.h"
@@ -34,8 +35,10 @@ using Points = pcl::PointCloud<pcl::PointXYZ>;
 constexpr float kTolerance_m = 0.5F, kLeaf_m = 0.25F;
 constexpr int kFewest = 10;
 constexpr std::size_t kWindow = 12;
-const Eigen::Isometry3d kStart = Eigen::Translation3d(0.5, -0.3, 0.1) *
-                                 Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ());
+constexpr double kConverged = 1e-6;
+constexpr int kIterations = 50;
+const Eigen::Isometry3d kStart =
+    Eigen::Translation3d(0.5, -0.3, 0.1) * Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ());
 
 double cpuSeconds() {
   timespec now{};
@@ -149,8 +152,8 @@ void compareRegistration(const Recording& recording, const std::string& method, 
   for (const Part& window : recording.windows) {
     Eigen::Isometry3d T = kStart;
     // About the last sensor, as a start is given.
-    T.translation() += window.poses.back().translation() -
-                       kStart.linear() * window.poses.back().translation();
+    T.translation() +=
+        window.poses.back().translation() - kStart.linear() * window.poses.back().translation();
     seconds += secondsOf([&] { align(window, T); });
     const Eigen::Vector3d sensor = window.poses.back().translation();
     errors_m.push_back((T * sensor - sensor).norm());
@@ -163,7 +166,7 @@ void compareRegistration(const Recording& recording, const std::string& method, 
 }
 
 template <class Registration>
-void comparePcl(const Recording& recording, const std::string& method, Registration registration) {
+void comparePcl(const Recording& recording, const std::string& method, Registration& registration) {
   const Points::Ptr map = recording.map.thinned();
   const double once_s = secondsOf([&] { registration.setInputTarget(map); });
   compareRegistration(recording, method, once_s, [&](const Part& window, Eigen::Isometry3d& T) {
@@ -196,10 +199,14 @@ void compare(const Recording& recording) {
   pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ> ndt;
   ndt.setResolution(1);
   ndt.setStepSize(0.1);
-  ndt.setTransformationEpsilon(0.01);
+  ndt.setTransformationEpsilon(kConverged);
+  ndt.setMaximumIterations(kIterations);
   comparePcl(recording, "`pcl::NormalDistributionsTransform`", ndt);
   pcl::GeneralizedIterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> gicp;
-  gicp.setMaxCorrespondenceDistance(1);
+  gicp.setMaxCorrespondenceDistance(2.5);
+  gicp.setTransformationEpsilon(kConverged);
+  gicp.setRotationEpsilon(kConverged);
+  gicp.setMaximumIterations(kIterations);
   comparePcl(recording, "`pcl::GeneralizedIterativeClosestPoint`", gicp);
 }
 
