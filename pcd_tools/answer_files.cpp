@@ -68,54 +68,42 @@ bool isCarried(const pose::TrajectoryFix& a, const pose::TrajectoryFix& b,
              (odometry.drift + heading_rad) * way_m;
 }
 
-/// Way beyond what was found along which the odometry is believed: what it errs on it, at the rate
-/// that the fixes show, is some metres at most. One fix shows no rate.
-double reachOfOdometry(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
-                       const std::vector<double>& way_m,
-                       const std::vector<pose::TrajectoryFix>& fixes, const Job& job) {
-  constexpr double kMostError_m = 2, kLeastWay_m = 10, kUnknownRate = 0.1;
+/// Way before the first and after the last fix along which frames of a window lie where it was
+/// found: windows are bent by as much as the odometry errs, at the rate that the fixes show; 1 m of
+/// a town at most. Fixes that are one, or near one another, show no rate.
+double reachOfFixes(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
+                    const std::vector<double>& way_m, const std::vector<pose::TrajectoryFix>& fixes,
+                    const Job& job) {
+  constexpr double kMostError_m = 1, kLeastWay_m = 10;
   const double size = parseSize(job.options.size).value_or(kTownScale);
-  std::optional<double> rate;
+  double rate = 0;
   for (std::size_t k = 1; k < fixes.size(); ++k) {
     const pose::TrajectoryFix &a = fixes[k - 1], &b = fixes[k];
     const double between_m = way_m[b.index] - way_m[a.index];
     if (between_m < kLeastWay_m * size) continue;
-    rate = std::max(rate.value_or(job.options.odometry.drift),
-                    pose::offBetween(a, b, T_odom_sensor) / between_m);
+    rate = std::max(
+        {rate, job.options.odometry.drift, pose::offBetween(a, b, T_odom_sensor) / between_m});
   }
-  return kMostError_m * size / std::max(1e-3, rate.value_or(kUnknownRate));
-}
-
-/// The frames that are this near to a fix or to a frame that was found, along the way.
-std::vector<bool> within(double reach_m, const std::vector<double>& way_m,
-                         std::vector<bool> is_found,
-                         const std::vector<pose::TrajectoryFix>& fixes) {
-  for (const pose::TrajectoryFix& fix : fixes) is_found[fix.index] = true;
-  std::vector<bool> near(is_found.size(), false);
-  const auto go = [&](std::size_t i, std::optional<double>& last_m) {
-    if (is_found[i]) last_m = way_m[i];
-    if (last_m && std::abs(way_m[i] - *last_m) <= reach_m) near[i] = true;
-  };
-  std::optional<double> before_m, behind_m;
-  for (std::size_t i = 0; i < near.size(); ++i) go(i, before_m);
-  for (std::size_t i = near.size(); i-- > 0;) go(i, behind_m);
-  return near;
+  return rate > 0 ? kMostError_m * size / rate : INFINITY;
 }
 
 /// The poses of a recording in the map. Between two fixes that its odometry does not connect, and
-/// far from all, nothing is known, and there are none.
+/// beyond what was found, nothing is known, and there are none.
 std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d>& T_odom_sensor,
                                              const std::vector<double>& stamps_s,
-                                             const FoundFrames& found,
-                                             const std::vector<bool>& was_found,
+                                             const std::vector<pose::TrajectoryFix>& fixes,
+                                             std::vector<bool> is_known,
                                              const std::vector<std::size_t>& jumps,
                                              const Job& job) {
-  const std::vector<pose::TrajectoryFix>& fixes = found.fixes;
   const std::vector<double> way_m = pathLengths(T_odom_sensor);
-  std::vector<bool> is_known =
-      within(reachOfOdometry(T_odom_sensor, way_m, fixes, job), way_m, was_found, fixes);
+  const double reach_m = reachOfFixes(T_odom_sensor, way_m, fixes, job);
+  for (std::size_t i = 0; i < is_known.size(); ++i) {
+    if (way_m[fixes.front().index] - way_m[i] > reach_m ||
+        way_m[i] - way_m[fixes.back().index] > reach_m)
+      is_known[i] = false;
+  }
   std::fill(is_known.begin() + static_cast<std::ptrdiff_t>(fixes.front().index),
-            is_known.begin() + static_cast<std::ptrdiff_t>(fixes.back().index), true);
+            is_known.begin() + static_cast<std::ptrdiff_t>(fixes.back().index) + 1, true);
   for (std::size_t k = 1; k < fixes.size(); ++k) {
     const std::size_t from = fixes[k - 1].index, to = fixes[k].index;
     if (to <= from + 1 || !isCarried(fixes[k - 1], fixes[k], T_odom_sensor, job)) continue;
@@ -317,7 +305,7 @@ void AnswerFiles::end(const Job& job) const {
     return;
   }
   if (!trajectory.empty())
-    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_,
+    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_.fixes,
                                                   was_found_.empty() ? found_.is_found : was_found_,
                                                   jumps_, job));
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);

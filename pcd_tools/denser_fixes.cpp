@@ -92,16 +92,17 @@ std::vector<Window> windowsBetween(const FoundFrames& found, const std::vector<d
   return windows;
 }
 
-void addBetween(const QueryInput& input, const std::vector<double>& way_m,
-                const Localizer& localizer, const Job& job, FoundFrames& found) {
-  const std::vector<Window> windows = windowsBetween(found, way_m, localizer.size());
+/// Looks for short windows near where odometry and fixes put their last frames.
+void addNear(const std::vector<Window>& windows, const QueryInput& input,
+             const std::vector<double>& way_m, const Localizer& localizer, const Job& job,
+             FoundFrames& found) {
   if (windows.empty()) return;
   const std::vector<Eigen::Isometry3d> T_odom_sensor = input.poses();
   forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
     const std::size_t i = window.last - 1;
     const auto next = fixFrom(found.fixes, i);
-    const double away_m =
-        std::min(way_m[i] - way_m[(next - 1)->index], way_m[next->index] - way_m[i]);
+    double away_m = way_m[i] - way_m[(next - 1)->index];
+    if (next != found.fixes.end()) away_m = std::min(away_m, way_m[next->index] - way_m[i]);
     const double radius_m = kNear_m * localizer.size() + kMostDrift * away_m;
     if (radius_m > kFarthest_m * localizer.size()) return;
     const Eigen::Isometry3d T = pose::trajectoryThrough(T_odom_sensor, found.fixes)[i];
@@ -109,6 +110,15 @@ void addBetween(const QueryInput& input, const std::vector<double>& way_m,
         localizer.localize(query, {T * T_odom_sensor[i].inverse(), radius_m, kMostTurn_rad});
     if (answer.accepted()) found.fixes.insert(next, pose::fixOf(answer, i));
   });
+}
+
+/// The window that ends with the last frame, if none was found that does.
+std::vector<Window> windowAtEnd(const FoundFrames& found, const std::vector<double>& way_m,
+                                double size) {
+  if (found.fixes.empty() || found.fixes.back().index + 1 >= way_m.size()) return {};
+  std::size_t first = way_m.size() - 1;
+  while (first > 0 && way_m.back() - way_m[first] < kBetween_m * size) --first;
+  return {{first, way_m.size()}};
 }
 
 }  // namespace
@@ -120,7 +130,8 @@ void addFixes(const QueryInput& input, const Localizer& localizer, const Job& jo
   const std::vector<double> way_m = pathLengths(input.poses());
   const std::size_t before = found.fixes.size();
   addFirst(input, way_m, localizer, silent, found);
-  addBetween(input, way_m, localizer, silent, found);
+  addNear(windowAtEnd(found, way_m, localizer.size()), input, way_m, localizer, silent, found);
+  addNear(windowsBetween(found, way_m, localizer.size()), input, way_m, localizer, silent, found);
   job.narrate.detail(fmt::format("{}: {} fixes were added to {}", input.path,
                                  found.fixes.size() - before, before));
 }

@@ -16,9 +16,9 @@ struct FoundFrames {
 };
 
 /// Adds fixes where odometry would have to be trusted for long ways: at the first frame of each
-/// stretch that was found, as the last one of its way back, and every 10 m of a town between two
-/// fixes, where short windows are looked for near the pose that their neighbours say. What is not
-/// accepted there is left to odometry.
+/// stretch that was found, as the last one of its way back, at the last frame of all, and every 10
+/// m of a town between two fixes, where short windows are looked for near the pose that their
+/// neighbours say. What is not accepted there is left to odometry.
 void addFixes(const QueryInput& input, const Localizer& localizer, const Job& job,
               FoundFrames& found);
 

@@ -70,52 +70,38 @@ TEST_F(BadInput, MissingInput) {
   expectFailure({"map", "-q", folder_ / "nothing", output_}, "nothing");
 }
 
-TEST_F(BadInput, MissingLabelImage) {
-  fs::remove(sequence_ + "/label/000001.png");
-  expectRefused("label");
-}
+/// What is spoilt in a good sequence, and what the one line says.
+struct Spoilt {
+  const char *file, *from, *to;  ///< text in the file; nothing to look for: all of it
+  const char* expected;
+};
+constexpr const char* kGone = nullptr;  ///< in place of `to`
+constexpr Spoilt kSpoilt[] = {
+    {"label/000001.png", "", kGone, "label"},
+    {"poses.txt", "", kGone, "poses.txt"},
+    {"poses.txt", "", "0 0 0 0 0 0 0 1\n0.1 0 0 0 0 0 0 1\n", "poses.txt"},
+    {"poses.txt", "", "1 0 0 0 0 2 0 0 0 0 1 0\n", "poses.txt:1"},  // no rotation
+    {"poses.txt", "1.5", "nan", "poses.txt:1"},
+    {"camera.yaml", "fy: 40\n", "", "fy"},
+    {"camera.yaml", "depth_scale: 0.01", "depth_scale: 0", "depth_scale"},
+    {"camera.yaml", "depth_scale: 0.01", "depth_scale: 10", "depth_scale 10"},  // nothing in range
+    {"camera.yaml", "depth_scale: 0.01", "depth_scale: 0.001", "10 times as large"},  // by motion
+};
 
-TEST_F(BadInput, MissingPoses) {
-  fs::remove(sequence_ + "/poses.txt");
-  expectRefused("poses.txt");
-}
-
-TEST_F(BadInput, FewerPosesThanFrames) {
-  writeText(sequence_ + "/poses.txt", "0 0 0 0 0 0 0 1\n0.1 0 0 0 0 0 0 1\n");
-  expectRefused("poses.txt");
-}
-
-TEST_F(BadInput, PoseThatIsNoRotation) {
-  writeText(sequence_ + "/poses.txt", std::string(4, ' ') +
-                                          "1 0 0 0 0 2 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n"
-                                          "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n");
-  expectRefused("poses.txt:1");
-}
-
-TEST_F(BadInput, PoseThatIsNotFinite) {
-  replaceIn(sequence_ + "/poses.txt", "1.5", "nan");
-  expectRefused("poses.txt:1");
-}
-
-TEST_F(BadInput, CameraWithoutFocalLength) {
-  writeText(sequence_ + "/camera.yaml",
-            "width: 64\nheight: 48\nfx: 40\ncx: 31.5\ncy: 23.5\ndepth_scale: 0.01\n");
-  expectRefused("fy");
-}
-
-TEST_F(BadInput, DepthScaleZero) {
-  replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 0");
-  expectRefused("depth_scale");
-}
-
-TEST_F(BadInput, DepthScaleInWrongUnitLeavesNothingInRange) {
-  replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 10");
-  expectRefused("depth_scale 10");
-}
-
-TEST_F(BadInput, DepthScaleTooSmallContradictsTheMotion) {
-  replaceIn(sequence_ + "/camera.yaml", "depth_scale: 0.01", "depth_scale: 0.001");
-  expectRefused("10 times as large");
+TEST_F(BadInput, WhatIsSpoiltIsNamed) {
+  for (const Spoilt& spoilt : kSpoilt) {
+    SCOPED_TRACE(std::string(spoilt.file) + ": " + (spoilt.to ? spoilt.to : "gone"));
+    const std::string path = sequence_ + "/" + spoilt.file;
+    if (!spoilt.to)
+      fs::remove(path);
+    else if (*spoilt.from)
+      replaceIn(path, spoilt.from, spoilt.to);
+    else
+      writeText(path, spoilt.to);
+    expectRefused(spoilt.expected);
+    fs::remove_all(sequence_);
+    writeSequence(sequence_);
+  }
 }
 
 TEST_F(BadInput, DepthScalesAreWatchedByLiftAndBlobsToo) {
