@@ -20,7 +20,8 @@ ROOT = Path(__file__).resolve().parent.parent
 TERMS = {
     "margin": "how far the best place stands out of the other places of the query: points and views",
     "inlier_ratio": "how closely points lie on points of their class, beside that of wrong places of the map",
-    "overlap": "what stands in the map is in the query, and the other way round; in rooms and scans, how much less closely the query fits the map than itself",
+    "overlap": "what stands in the map is in the query, and the other way round; in rooms and scans, how much less "
+               "closely the query fits the map than itself",
     "map_coverage": "share of the query that lies where the map was seen",
     "free_space": "what stands in the map, and rays of the query pass through",
     "wrong_place_above_null": "how closely wrong places of the map fit: all evidence says less there",
@@ -57,8 +58,14 @@ queries of which half are out of the map. Worlds of copies (streets or rooms of 
 chosen by comparing such tables of these same answers, and styles of one simulator count as makes. A make that nobody
 has looked at may do worse.
 
-Weak are offices, where rooms resemble each other within one floor; windows of 15 m that look aside in a grid of streets;
-motorways and car parks of another make. What is refused there has another place that fits about as well.
+The part of `overlap` for rooms and scans came after these tables, chosen on four offices of like rooms: of 742 windows
+of wrong places there 7 are accepted instead of 16, and of 162 right ones 101 instead of 103; of 564 windows of four
+fresh offices that are out of the map 6 are. `./run regress` has 1132 right ones of 1209 accepted instead of 1133, and
+no wrong one.
+
+Weak are offices, where rooms resemble each other within one floor and between buildings; windows of 15 m that look
+aside in a grid of streets; motorways and car parks of another make. What is refused there has another place that fits
+about as well.
 
 Written by `bench/verdict_page.py`, which names the commands.
 """
