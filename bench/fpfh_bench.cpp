@@ -9,20 +9,19 @@
 #include <fmt/core.h>
 #include <pcl/features/fpfh.h>
 #include <pcl/features/normal_3d.h>
-#include <pcl/filters/voxel_grid.h>
 #include <pcl/registration/ia_ransac.h>
 #include <pcl/registration/icp.h>
 #include <pcl/registration/sample_consensus_prerejective.h>
-#include <time.h>
 
 #include <iostream>
 #include <string>
 
+#include "pcl_points.h"
 #include "xview/io/recording.h"
 
 namespace {
 
-using Points = pcl::PointCloud<pcl::PointXYZ>;
+using xview::cpuSeconds, xview::Points;
 using Features = pcl::PointCloud<pcl::FPFHSignature33>;
 
 /// Of the usual tutorials, in sides of a voxel: radii of normals and features, and how far a point
@@ -32,23 +31,8 @@ constexpr double kNormalRadius = 2, kFeatureRadius = 5, kPartner = 2.5;
 constexpr int kPrerejectiveIterations = 50000, kSacIaIterations = 500, kIcpIterations = 60;
 constexpr double kLiesOnMap_m = 0.3;
 
-double cpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 Points::Ptr thinned(const std::string& path) {
-  const xview::Frame frame = xview::io::openRecording(path)->read(0);
-  Points::Ptr all(new Points), thin(new Points);
-  for (const auto& p : frame.cloud.points) {
-    if (p.getVector3fMap().allFinite()) all->push_back({p.x, p.y, p.z});
-  }
-  pcl::VoxelGrid<pcl::PointXYZ> grid;
-  grid.setInputCloud(all);
-  grid.setLeafSize(kVoxel_m, kVoxel_m, kVoxel_m);
-  grid.filter(*thin);
-  return thin;
+  return xview::thinned(xview::io::openRecording(path)->read(0).cloud, kVoxel_m);
 }
 
 Features::Ptr featuresOf(const Points::Ptr& points) {

@@ -8,18 +8,18 @@
 // degrees off. Prints a Markdown table: CPU time of what the map needs once, of each window, and
 // the median error of the windows.
 #include <fmt/core.h>
-#include <pcl/filters/voxel_grid.h>
 #include <pcl/registration/gicp.h>
 #include <pcl/registration/ndt.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/extract_clusters.h>
-#include <time.h>
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "pcl_points.h"
 #include "place/blobs.h"
 #include "place/lift.h"
 #include "pose/distribution_map.h"
@@ -30,7 +30,6 @@
 namespace {
 
 using namespace xview;
-using Points = pcl::PointCloud<pcl::PointXYZ>;
 
 constexpr float kTolerance_m = 0.5F, kLeaf_m = 0.25F;
 constexpr int kFewest = 10;
@@ -39,12 +38,6 @@ constexpr double kConverged = 1e-6;
 constexpr int kIterations = 50;
 const Eigen::Isometry3d kStart =
     Eigen::Translation3d(0.5, -0.3, 0.1) * Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ());
-
-double cpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 template <class Work>
 double secondsOf(const Work& work) {
@@ -66,15 +59,6 @@ struct Part {
       cloud.points.push_back(point);
     }
     poses.push_back(frame.T_odom_sensor);
-  }
-  Points::Ptr thinned() const {
-    Points::Ptr all(new Points), thin(new Points);
-    for (const Point& p : cloud.points) all->push_back({p.x, p.y, p.z});
-    pcl::VoxelGrid<pcl::PointXYZ> grid;
-    grid.setInputCloud(all);
-    grid.setLeafSize(kLeaf_m, kLeaf_m, kLeaf_m);
-    grid.filter(*thin);
-    return thin;
   }
 };
 
@@ -167,13 +151,13 @@ void compareRegistration(const Recording& recording, const std::string& method, 
 
 template <class Registration>
 void comparePcl(const Recording& recording, const std::string& method, Registration& registration) {
-  const Points::Ptr map = recording.map.thinned();
+  const Points::Ptr map = thinned(recording.map.cloud, kLeaf_m);
   const double once_s = secondsOf([&] { registration.setInputTarget(map); });
   compareRegistration(recording, method, once_s, [&](const Part& window, Eigen::Isometry3d& T) {
     // Clouds are relative to the origin of the map.
     const Eigen::Translation3d origin(recording.map.cloud.origin);
     const Eigen::Isometry3d guess = origin.inverse() * T * origin;
-    registration.setInputSource(window.thinned());
+    registration.setInputSource(thinned(window.cloud, kLeaf_m));
     Points aligned;
     registration.align(aligned, guess.matrix().cast<float>());
     T = origin * Eigen::Isometry3d(registration.getFinalTransformation().template cast<double>()) *

@@ -20,8 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 TERMS = {
     "margin": "how far the best place stands out of the other places of the query: points and views",
     "inlier_ratio": "how closely points lie on points of their class, beside that of wrong places of the map",
-    "overlap": "what stands in the map is in the query, and the other way round; in rooms and scans, how much less "
-               "closely the query fits the map than itself",
+    "overlap": "overlap of query and map, both ways; in rooms and of scans the ratio of inliers to self-consistency",
     "map_coverage": "share of the query that lies where the map was seen",
     "free_space": "what stands in the map, and rays of the query pass through",
     "wrong_place_above_null": "how closely wrong places of the map fit: all evidence says less there",

@@ -74,18 +74,19 @@ double ratioToSelfConsistency(double above_null, double self_consistency) {
   return above_null / std::max(kLeastSelfConsistency, self_consistency);
 }
 
-/// Share of its self-consistency that the query reaches in the map. At right places it is 0.6 to 1,
-/// in a like room of another building 0.5 to 0.7.
-constexpr double kUsualRatioToItself = 0.75;
-/// How far below the usual one it is, at most 0; where the map overlap is known, that says it.
-double shortfallOf(const DenseEvidence& dense) {
+/// Usual ratio of the inlier ratio above null to the self-consistency: 0.6 to 1 at right places,
+/// 0.5 to 0.7 at wrong ones in buildings of similar rooms.
+constexpr double kUsualSelfConsistencyRatio = 0.75;
+/// That ratio less the usual one, at most 0; 0 where the map overlap is known, which tells more.
+double selfConsistencyTerm(const DenseEvidence& dense) {
   const bool is_known = dense.of == DenseEvidence::Of::points && dense.converged &&
                         dense.self_consistency && !dense.map_overlap;
   if (!is_known) return 0;
   const double ratio =
       ratioToSelfConsistency(dense.inlier_ratio - dense.null_inlier_ratio, *dense.self_consistency);
-  return std::min(0.0, ratio - kUsualRatioToItself);
+  return std::min(0.0, ratio - kUsualSelfConsistencyRatio);
 }
+/// Positive where less of the query is in conflict with the map than at even odds.
 double conflictTerm(const DenseEvidence& dense) {
   constexpr double kWeightOfConflict = 0.5;
   return kWeightOfConflict *
@@ -215,7 +216,7 @@ class Reason {
       case kInlierRatio:
         return {ReasonCode::contradicted, ofInlierRatio()};
       case kOverlap:
-        if (shortfallOf(s_.dense) < conflictTerm(s_.dense))
+        if (selfConsistencyTerm(s_.dense) < std::min(0.0, conflictTerm(s_.dense)))
           return {ReasonCode::contradicted,
                   ofInlierRatio() + fmt::format(", and {:.0f} % between halves of the query",
                                                 100 * *s_.dense.self_consistency)};
@@ -378,7 +379,7 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   if (dense.map_overlap)
     terms[kOverlap] =
         *dense.map_overlap - (dense.aerial ? kUsualMapOverlapFromTheAir : kUsualMapOverlap);
-  terms[kOverlap] += shortfallOf(dense) + conflictTerm(dense);
+  terms[kOverlap] += selfConsistencyTerm(dense) + conflictTerm(dense);
   terms[kMapCoverage] = std::log(s.map_coverage);
   if (dense.converged && dense.free_space_violation)
     terms[kFreeSpace] = freeSpaceTerm(*dense.free_space_violation, kUsualViolation);

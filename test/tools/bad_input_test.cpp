@@ -80,7 +80,10 @@ constexpr Spoilt kSpoilt[] = {
     {"label/000001.png", "", kGone, "label"},
     {"poses.txt", "", kGone, "poses.txt"},
     {"poses.txt", "", "0 0 0 0 0 0 0 1\n0.1 0 0 0 0 0 0 1\n", "poses.txt"},
-    {"poses.txt", "", "1 0 0 0 0 2 0 0 0 0 1 0\n", "poses.txt:1"},  // no rotation
+    {"poses.txt", "",  // no rotation
+     "1 0 0 0 0 2 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n"
+     "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n",
+     "poses.txt:1"},
     {"poses.txt", "1.5", "nan", "poses.txt:1"},
     {"camera.yaml", "fy: 40\n", "", "fy"},
     {"camera.yaml", "depth_scale: 0.01", "depth_scale: 0", "depth_scale"},

@@ -3,12 +3,14 @@
 
 #include <yaml-cpp/yaml.h>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "io/image_files.h"
 #include "support/program.h"
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
@@ -371,6 +373,24 @@ TEST_F(FixFiles, ALongRecordingIsFoundByItsEnd) {
   ASSERT_EQ(way.size(), truth.size()) << "frames before take part in the trajectory";
   for (std::size_t i = 0; i < way.size(); ++i) EXPECT_LT(distance(way[i], truth[i]), 0.6) << i;
   EXPECT_EQ(runXview({"localize", "-q", rear(), map(), "--last", "-1"}).code, 2);
+}
+
+/// Check fix for: what lay behind the last window that was found had poses by odometry alone,
+/// whatever it did there.
+TEST_F(FixFiles, TrajectoryHasNoPoseBeyondWhatWasFound) {
+  const std::string blind = file("blind");
+  fs::copy(rear(), blind, fs::copy_options::recursive);
+  const std::size_t frames = framesOfRear(), seen = frames / 2 / 10 * 10;
+  std::vector<fs::path> images;
+  for (const auto& entry : fs::directory_iterator(blind + "/label")) images.push_back(entry.path());
+  std::sort(images.begin(), images.end());
+  ASSERT_EQ(images.size(), frames);
+  for (std::size_t i = seen; i < frames; ++i) io::writeLabelPng(images[i], LabelImage(160, 120, 0));
+  succeed({"localize", blind, map(), "--window", "10", "--stride", "10", "--trajectory",
+           file("blind.tum")});
+  const auto way = tumPoses(file("blind.tum"));
+  EXPECT_LE(way.size(), seen);
+  EXPECT_GE(way.size(), seen / 2);
 }
 
 TEST_F(FixFiles, TheWayOfAnAnswerIsDrawnInItsScale) {

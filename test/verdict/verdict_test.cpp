@@ -582,6 +582,12 @@ TEST(Verdict, AStreetThatStandsOutButIsNotShownIsRefused) {
   EXPECT_NE(judged(e).status, Status::accepted);
   EXPECT_NE(judged(e).reason.find("the query does not show"), std::string::npos)
       << judged(e).reason;
+  // Check fix for: where nothing is in conflict the reason was the self-consistency, which is not
+  // measured beside a map overlap.
+  e.dense.conflict_ratio = 0.1;
+  e.dense.self_consistency.reset();
+  EXPECT_NE(judged(e).reason.find("the query does not show"), std::string::npos)
+      << judged(e).reason;
 }
 
 /// A copy of a street with other houses between its own: it fits the better the longer it is.
@@ -594,22 +600,22 @@ TEST(Verdict, WhatStandsElsewhereIsAsGoodAReasonAsWhatIsMissing) {
   EXPECT_NE(judged(e).reason.find("the map does not show"), std::string::npos) << judged(e).reason;
 }
 
-/// A like room of another building stands out of the rooms of the map, but the query does not fit
-/// it as it fits itself.
-TEST(Verdict, ALikeRoomFitsLessThanTheQueryFitsItself) {
+/// A similar room of another building is clearly better than the other rooms of the map, but its
+/// inlier ratio is far below the self-consistency of the query.
+TEST(Verdict, ASimilarRoomReachesLessThanTheSelfConsistency) {
   Evidence e = goodView();
   e.runner_up = 140;
   verifySecondBest(e);
-  const std::vector<WrongPlace> like_rooms(20, WrongPlace{0.2, {}, {}, {}});
+  const std::vector<WrongPlace> similar_rooms(20, WrongPlace{0.2, {}, {}, {}});
   const auto fitting = [&](double inlier_ratio, double elsewhere) {
     e.dense = points(inlier_ratio, 0.08, {}, 0.65, 0.02);
     e.alternatives[0].dense = points(elsewhere, 0.08);
-    return judge(e, kOptions, defaultVerdictModel(), like_rooms);
+    return judge(e, kOptions, defaultVerdictModel(), similar_rooms);
   };
   EXPECT_EQ(fitting(0.6, 0.4).status, Status::accepted) << fitting(0.6, 0.4).reason;
-  const Verdict like_room = fitting(0.36, 0.16);
-  EXPECT_EQ(like_room.reason_code, ReasonCode::contradicted) << like_room.reason;
-  EXPECT_NE(like_room.reason.find("65 % between halves of the query"), std::string::npos);
+  const Verdict similar_room = fitting(0.36, 0.16);
+  EXPECT_EQ(similar_room.reason_code, ReasonCode::contradicted) << similar_room.reason;
+  EXPECT_NE(similar_room.reason.find("65 % between halves of the query"), std::string::npos);
 }
 
 /// The reason names the term that is farthest from what it is of right answers.
