@@ -84,10 +84,10 @@ struct FloorCell {
 };
 
 /// All weights of a view sorted into cells of kBevCell_m. `obstacle_of[i]` is the number of the
-/// UprightCell of cell i, or -1.
+/// ObstacleCell of cell i, or -1.
 struct BevCells {
   BevCells() = default;
-  BevCells(BevCells&&) = default;  // not copied: cells point into `standing`
+  BevCells(BevCells&&) = default;  // not copied: obstacles point into `columns`
 
   CellIndex index;
   std::vector<FloorCell> floor;

@@ -397,7 +397,7 @@ double measuredGround_m2(const BevGrid& bev) {
 
 class SurfaceQuery final : public FieldQuery {
  public:
-  /// `plan`: all of the query; null for a part of one.
+  /// `bev`: all of the query; null for a part of one.
   SurfaceQuery(const SurfaceField& field, const BevGrid* bev, SurfaceSamples samples,
                const std::optional<Eigen::Vector3d>& focus)
       : FieldQuery(field.origin(), focus),
