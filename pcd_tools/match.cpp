@@ -52,7 +52,6 @@ class MatchCommand final : public Command {
 
   ExitCode run(const Job& job) override {
     const std::string& out = job.operands[2];
-    const bool is_table = endingOf(out) == ".csv";
     requireDrawingPath(out, true);
     if (!job.options.scale.empty())
       throw UsageError("--scale: match draws the query in its own lengths");
@@ -62,7 +61,8 @@ class MatchCommand final : public Command {
     const QueryInput input = readQuery(job.operands[0], input_, sized, map.labels);
     const Query& query = *input.whole;
     Stopwatch watch;
-    const Localization fix = Localizer(map::borrowed(map), sized.options).localize(query);
+    const Localizer localizer(map::borrowed(map), sized.options, input.options.class_names);
+    const Localization fix = localizer.localize(query);
     job.narrate.stage("match", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
 
@@ -76,7 +76,7 @@ class MatchCommand final : public Command {
         {"kept correspondences", fmt::format("{} of {}", fix.kept.size(), fix.putative.size())},
         {"query vertices", fmt::format("{}", query.graph.size())},
         {"map vertices", fmt::format("{}", map.graph.size())}};
-    if (is_table)
+    if (endingOf(out) == ".csv")
       writeFile(out, toCsv(fix, query, map));
     else
       writeDrawing(out, scene);

@@ -9,6 +9,7 @@
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/cloud_files.h"
+#include "xview/io/label_files.h"
 #include "xview/io/pose_files.h"
 
 namespace xview::test {
@@ -237,6 +238,26 @@ TEST_F(TinyTown, TheTableOfAMatchHasALinePerPair) {
                              std::to_string(kept) + " kept"),
             std::string::npos)
       << matched.out;
+}
+
+/// Check fix for: match took --class-names for what it read, but not for what it matched.
+TEST_F(TinyTown, AMatchTakesTheGivenNamesOfClasses) {
+  const std::string own = file("own_names");
+  fs::copy(town("rear"), own, fs::copy_options::recursive);
+  const LabelSet labels = io::readLabelSet(own + "/classes.yaml");
+  std::string classes = "name: own\nclasses:\n";
+  for (const auto& [id, info] : labels.classes()) {
+    classes += "  - {id: " + std::to_string(id) + ", name: \"" +
+               (info.name == "pole" ? "gnomon" : info.name) + "\"}\n";
+  }
+  writeText(own + "/classes.yaml", classes);
+  // Of a kind that tells nothing alone: only the line says that they are the same.
+  writeText(file("own_names.txt"), "object other_object: gnomon, pole\n");
+  const Outcome matched = runXview(
+      {"match", "-q", "--class-names", file("own_names.txt"), own, map(), file("own_names.csv")},
+      {120, 0, ""});
+  EXPECT_TRUE(matched.code == 0 || matched.code == 3) << matched.err;
+  EXPECT_NE(readText(file("own_names.csv")).find(",pole,"), std::string::npos);
 }
 
 TEST_F(TinyTown, InfoIsJsonForPrograms) {
