@@ -14,7 +14,7 @@ namespace xview::tools {
 namespace {
 
 /// "surface: road, wall, fence and 4 others; object: pole": what classes were taken for, in order.
-class Takings {
+class ClassSummary {
  public:
   void add(const char* taken_for, const std::string& name) { names_[taken_for].push_back(name); }
   std::string text() const {
@@ -35,7 +35,7 @@ class Takings {
 };
 
 void logShapes(const std::string& path, const LabelSet& unnamed, const Narrative& narrate) {
-  Takings shapes;
+  ClassSummary shapes;
   for (const auto& [id, info] : unnamed.classes()) {
     if (info.kind != Kind::none && info.kind != Kind::other_object)
       shapes.add(toString(info.kind), std::to_string(id));
@@ -56,7 +56,7 @@ bool isNameless(const LabelMatch& match) {
 
 void logGuesses(const std::string& path, const LabelSet& labels, const Narrative& narrate) {
   if (labels.isGeneric()) return logShapes(path, labels, narrate);
-  Takings guessed;
+  ClassSummary guessed;
   for (const auto& [id, info] : labels.classes()) {
     if (info.guessed) guessed.add(toString(info.role), info.name);
   }
@@ -96,7 +96,7 @@ void tellHowClassesMeet(const std::string& path, const Place& place,
     const bool has_partner = match.partners().count(vertex.label) > 0;
     if (!has_partner && place.labels.role(vertex.label) != Role::ignored) ++alone[vertex.label];
   }
-  Takings left_out;
+  ClassSummary left_out;
   for (const auto& [id, count] : alone)
     left_out.add("they count for nothing", fmt::format("{} {}", count, place.labels.className(id)));
   if (!left_out.empty())

@@ -30,7 +30,7 @@ constexpr double kSight_m = 30;         ///< things are seen from as far
 
 constexpr double kGroundShare = 0.6;      ///< of the cells around a foot
 constexpr double kSeenShare = 0.5;        ///< of the points of a thing that are not out of view
-constexpr double kToldShare = 0.2;        ///< of all its points
+constexpr double kObservedShare = 0.2;    ///< of all its points
 constexpr double kAroundShare = 0.6;      ///< of the points around it are met
 constexpr double kSeenOftenShare = 0.3;   ///< of the frames that see it; fewer is noise
 constexpr double kStandsShare = 0.5;      ///< of its points; it stands if more of them are met
@@ -62,10 +62,11 @@ struct Evidence {
   double hidden = 0;           ///< neither; the rest is out of view
 
   double met() const { return same + other; }
-  double told() const { return met() + free; }
-  double metShare() const { return told() > 0 ? met() / told() : 0; }
+  double observed() const { return met() + free; }
+  double metShare() const { return observed() > 0 ? met() / observed() : 0; }
   bool suffices() const {
-    return told() > 0 && told() >= kSeenShare * (told() + hidden) && told() >= kToldShare * asked;
+    return observed() > 0 && observed() >= kSeenShare * (observed() + hidden) &&
+           observed() >= kObservedShare * asked;
   }
   bool isOfAnotherClass() const {
     return metShare() >= kStandsShare && same <= kOtherShare * met();
@@ -360,7 +361,7 @@ class Visit {
 };
 
 /// How much is met of things that stand, and how much where they do not.
-class Experience {
+class MatchStatistics {
  public:
   void add(const Visit& visit) {
     label_noise_ = std::max(label_noise_, visit.labelNoise());
@@ -525,18 +526,18 @@ Changes compare(Visit& earlier, Visit& later, double sigma_m) {
   for (Object& object : earlier.objects()) later.judge(object, earlier.pointsAround(object));
   for (Object& object : earlier.rareObjects()) later.judge(object, earlier.pointsAround(object));
   for (Object& object : later.objects()) earlier.judge(object, later.pointsAround(object));
-  Experience experience;
-  experience.add(earlier);
-  experience.add(later);
+  MatchStatistics statistics;
+  statistics.add(earlier);
+  statistics.add(later);
   for (std::vector<Object>* objects :
        {&earlier.objects(), &earlier.rareObjects(), &later.objects()}) {
     for (Object& object : *objects) {
       if (object.was_looked_at && !object.is_matched)
-        object.changed = experience.probabilityOfChange(object.evidence);
+        object.changed = statistics.probabilityOfChange(object.evidence);
     }
   }
   result.presence = earlier.presence();
-  const double noise = experience.labelNoise();
+  const double noise = statistics.labelNoise();
   auto gone = changesAmong(earlier, Change::What::gone, noise, sigma_m);
   auto added = changesAmong(later, Change::What::added, noise, sigma_m);
   joinMoved(gone, added);

@@ -51,9 +51,9 @@ struct Neighbourhood {
 };
 
 /// A position with the noise of a second look.
-class SecondLook {
+class VisitNoise {
  public:
-  SecondLook(const Eigen::Isometry3d& T_map_query, double sigma_m, Random& random)
+  VisitNoise(const Eigen::Isometry3d& T_map_query, double sigma_m, Random& random)
       : T_query_map_(T_map_query.inverse()),
         sigma_m_(sigma_m),
         scale_(1 + kOdometryError * random.uniform(-1, 1)),
@@ -241,7 +241,7 @@ class SelfSearch {
                return (w - p).squaredNorm() < reach_m_ * reach_m_;
              });
     };
-    SecondLook again(around.T_map_query, map_.bev.cell_m / 2, random);
+    VisitNoise noisy(around.T_map_query, map_.bev.cell_m / 2, random);
     const std::shared_ptr<const BevGrid> view = map::viewWithin(box, map_);
     const Eigen::Vector3d origin(map_.bev.origin_x, map_.bev.origin_y, map_.bev.origin_z);
     around.bev.cell_m = map_.bev.cell_m;
@@ -250,7 +250,7 @@ class SelfSearch {
       for (const BevSample& s : view->samples[c]) {
         const Eigen::Vector3d p_map = origin + Eigen::Vector3d(s.x, s.y, s.z);
         if (!isSeen(p_map.head<2>()) || random.uniform() > kSeenAgainShare) continue;
-        const Eigen::Vector3f p = again(p_map).cast<float>();
+        const Eigen::Vector3f p = noisy(p_map).cast<float>();
         around.bev.samples[c].push_back({p.x(), p.y(), p.z()});
       }
     }
@@ -261,7 +261,7 @@ class SelfSearch {
           map_.cloud.origin.head<2>() + kSide_m * Eigen::Vector2d(column.x, column.y);
       return box.intersects(Eigen::AlignedBox2d(low, low + Eigen::Vector2d::Constant(kSide_m)));
     };
-    if (distributions_) cutCloud(first, last, isSeen, mayBeSeen, again, random, around);
+    if (distributions_) cutCloud(first, last, isSeen, mayBeSeen, noisy, random, around);
     return true;
   }
 
@@ -290,7 +290,7 @@ class SelfSearch {
   /// Some of the points along key frames, each seen from the nearest of them.
   template <class IsSeen, class MayBeSeen>
   void cutCloud(std::size_t first, std::size_t last, const IsSeen& isSeen,
-                const MayBeSeen& mayBeSeen, SecondLook& again, Random& random,
+                const MayBeSeen& mayBeSeen, VisitNoise& noisy, Random& random,
                 Neighbourhood& around) const {
     for (std::size_t i = first; i <= last; ++i)
       around.poses.push_back(around.T_map_query.inverse() * map_.poses[i]);
@@ -309,7 +309,7 @@ class SelfSearch {
     const double share = std::min(kSeenAgainShare, kMostPoints / static_cast<double>(seen.size()));
     for (Point point : seen) {
       if (random.uniform() > share) continue;
-      const Eigen::Vector3d p = again(inMap(point), point.sigma);
+      const Eigen::Vector3d p = noisy(inMap(point), point.sigma);
       point.getVector3fMap() = p.cast<float>();
       const auto nearest = std::min_element(
           around.poses.begin(), around.poses.end(), [&](const auto& a, const auto& b) {
@@ -365,12 +365,12 @@ class SelfSearch {
 
   bool cutGraph(std::size_t place, double window_m, Random& random, Neighbourhood& around) const {
     const Eigen::Vector3d centre = positionOf(place);
-    SecondLook again(around.T_map_query, options_.places.sigma_m / 2, random);
+    VisitNoise noisy(around.T_map_query, options_.places.sigma_m / 2, random);
     for (const Vertex& v : map_.graph.vertices) {
       if ((v.position - centre).head<2>().norm() > window_m / 2) continue;
       if (random.uniform() > options_.places.detection) continue;
       Vertex seen = v;
-      seen.position = again(v.position);
+      seen.position = noisy(v.position);
       around.graph.vertices.push_back(seen);
     }
     around.graph.neighbours.resize(around.graph.size());

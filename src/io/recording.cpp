@@ -67,11 +67,11 @@ bool hasClouds(const fs::path& folder) {
 
 /// Kinds of files that are not read, and commands that make one of them that is. {0} is the file,
 /// {1} the same without its ending.
-struct Way {
+struct Conversion {
   const char* endings;  ///< each with a blank before and behind
   const char* text;
 };
-constexpr Way kWays[] = {
+constexpr Conversion kConversions[] = {
     {" .laz .copc ",
      "compressed LAS is not read; unpack it: pdal translate {0} {1}.las, or laszip -i {0} -o "
      "{1}.las"},
@@ -107,13 +107,13 @@ constexpr Way kWays[] = {
 
 /// What to do with a file of such an ending; empty if nobody knows.
 std::string wayTo(const std::string& ending, const std::string& path) {
-  const auto way = std::find_if(std::begin(kWays), std::end(kWays), [&](const Way& known) {
-    return !ending.empty() &&
-           std::string(known.endings).find(" " + ending + " ") != std::string::npos;
-  });
-  if (way == std::end(kWays)) return {};
-  const std::string stem = fs::path(path).replace_extension().string();
-  return fmt::format(fmt::runtime(way->text), path, stem);
+  if (ending.empty()) return {};
+  for (const Conversion& known : kConversions) {
+    if (std::string(known.endings).find(" " + ending + " ") == std::string::npos) continue;
+    const std::string stem = fs::path(path).replace_extension().string();
+    return fmt::format(fmt::runtime(known.text), path, stem);
+  }
+  return {};
 }
 
 /// The same for the first file in a folder, by name, that is known; begins with "; ".

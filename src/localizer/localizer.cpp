@@ -149,7 +149,7 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
   evidence.second_best_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
-  useBest(registered, answer);
+  adoptRefinedPose(registered, answer);
   frame.R_up = registered.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
@@ -161,7 +161,7 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
                     answer);
   // A pose that is expected comes from a fix; one that a user believes in is to be doubted.
   if (!expected && found.in_field && (prior.near || prior.heading))
-    refuteFromOutside(*found.in_field, evidence, answer);
+    checkOutsidePrior(*found.in_field, evidence, answer);
   return answer;
 }
 
@@ -253,7 +253,7 @@ void PlaceIndex::setVisibility(const Query& query, const Query& levelled, Visibi
 
 /// Takes an acceptance back if a place that the prior forbids explains the query far better: then
 /// the prior is wrong. Only acceptances that are not clear by far are looked at.
-void PlaceIndex::refuteFromOutside(const search::FieldQuery& in_field,
+void PlaceIndex::checkOutsidePrior(const search::FieldQuery& in_field,
                                    const verdict::Evidence& inside, Localization& answer) const {
   if (!answer.accepted() || answer.confidence >= kSureOfPrior) return;
   Stopwatch watch;
@@ -488,7 +488,7 @@ verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& re
   return e;
 }
 
-void useBest(RegisteredPlaces& registered, Localization& answer) {
+void adoptRefinedPose(RegisteredPlaces& registered, Localization& answer) {
   if (registered.places.empty()) return;
   for (Hypothesis& h : answer.hypotheses)
     h.T_map_query = h.T_map_query * registered.turn.conjugate();

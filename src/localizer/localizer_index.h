@@ -36,7 +36,7 @@ verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& re
 void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered);
 
 /// The refined pose of the best place becomes that of the answer.
-void useBest(RegisteredPlaces& registered, Localization& answer);
+void adoptRefinedPose(RegisteredPlaces& registered, Localization& answer);
 
 /// Hypotheses and correspondences of the answer.
 void report(const Candidates& found, std::size_t count, Localization& answer);
@@ -67,7 +67,7 @@ struct PlaceIndex {
                                   Localization& answer) const;
   void setVisibility(const Query& query, const Query& levelled, Visibility seen,
                      std::optional<double>& self_consistency, RefinedPose& place) const;
-  void refuteFromOutside(const search::FieldQuery& in_field, const verdict::Evidence& inside,
+  void checkOutsidePrior(const search::FieldQuery& in_field, const verdict::Evidence& inside,
                          Localization& answer) const;
   void leaveAlignedFrames(const Query& query, const FrameHypothesis& frame,
                           Localization& answer) const;

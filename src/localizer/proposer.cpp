@@ -37,7 +37,7 @@ std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
 /// A score counts what a query shows of the map, not what it does not show of it: a wrong place of
 /// which much is known may have a larger one than the right place of which little is. If the query
 /// does not show what stands at the best place, the place that it shows best is registered as well.
-void askOtherWay(Candidates& found) {
+void proposeByMapOverlap(Candidates& found) {
   const auto fitOf = [&](const search::PlaceHypothesis& place) {
     PlaceEvidence evidence = evidenceOf(place);
     static_cast<Visibility&>(evidence.dense) = found.in_field->visibility(place.T_map_query);
@@ -77,7 +77,7 @@ class SearchProposer final : public PlaceProposer {
     found.places = std::move(result.places);
     found.second_best_score = result.outside;
     found.to_register = countClose(found.places);
-    if (fields_.isView(query) && !found.places.empty()) askOtherWay(found);
+    if (fields_.isView(query) && !found.places.empty()) proposeByMapOverlap(found);
     timing_ms.emplace_back("matching", watch.lap_ms());
     return found;
   }

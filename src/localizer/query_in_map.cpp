@@ -137,7 +137,7 @@ Query scaledQuery(const Query& query, double scale) {
 
 QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double map_size,
                        const ClassNames& names)
-    : MaybeChanged(given) {
+    : CopyOnChange(given) {
   requireSound(given);
   if (given.size != map_size && !given.bev.known.empty()) {
     throw Error("the query", fmt::format("it was made with lengths of size {0} and the map with "
@@ -159,7 +159,7 @@ QueryInMap::QueryInMap(const Query& given, const LabelSet& map_labels, double ma
   if (map_size != kTownScale) changed_ = scaledQuery(**this, 1 / map_size);
 }
 
-AlignedQuery::AlignedQuery(const Query& given, const FrameHypothesis& guess) : MaybeChanged(given) {
+AlignedQuery::AlignedQuery(const Query& given, const FrameHypothesis& guess) : CopyOnChange(given) {
   if (guess.scale != 1) changed_ = scaledQuery(given, guess.scale);
   if (isTurn(guess.R_up)) changed_ = turnedQuery(**this, guess.R_up);
 }

@@ -51,13 +51,13 @@ std::vector<GroundCell> onePerCell(std::vector<GroundCell> cells);
 /// A query in the classes of a map that mean the same, and at canonical scale, as all that an
 /// index knows. It is copied only if it has to be changed. Throws Error if it was made with lengths
 /// of another size.
-struct QueryInMap : MaybeChanged<Query> {
+struct QueryInMap : CopyOnChange<Query> {
   QueryInMap(const Query& given, const LabelSet& map_labels, double map_size,
              const ClassNames& names = ClassNames::shipped());
 };
 
 /// A query as a guess has it. It is copied only if it has to be changed.
-struct AlignedQuery : MaybeChanged<Query> {
+struct AlignedQuery : CopyOnChange<Query> {
   AlignedQuery(const Query& given, const FrameHypothesis& guess);
 };
 

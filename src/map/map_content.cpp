@@ -551,9 +551,9 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   const auto overview = readOverview(in, map.bev);
   const bool is_late = reading == Reading::late && map.size == kTownScale;
   if (is_late && overview && isOfView(map.null, meta))
-    map.stored_view = std::make_shared<const StoredPlan>(
-        std::move(tiles), map.bev, file, numberIn<std::size_t>(meta, "plan_samples"),
-        map.null.view);
+    map.stored_view = std::make_shared<const PackedBev>(std::move(tiles), map.bev, file,
+                                                        numberIn<std::size_t>(meta, "plan_samples"),
+                                                        map.null.view);
   else
     fill(std::move(tiles), map.bev);
   if (!map.stored_view && isOfView(map.null, meta)) map.null.view = search::fingerprintOf(map.bev);
@@ -583,9 +583,9 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map) {
   requireStorable(map);
   // Tiles have the lengths of a town, for whose precision they are made.
-  const StoredPlan* plan = storedPlanOf(map);
-  const Scaled<BevGrid> bev(plan ? map.bev : viewOf(map), 1 / map.size);
-  const std::vector<Tile> bev_tiles = plan ? plan->tiles() : toTiles(*bev);
+  const PackedBev* packed_bev = packedBevOf(map);
+  const Scaled<BevGrid> bev(packed_bev ? map.bev : viewOf(map), 1 / map.size);
+  const std::vector<Tile> bev_tiles = packed_bev ? packed_bev->tiles() : toTiles(*bev);
   const std::shared_ptr<const search::MapOverview> overview =
       map.stored_view || hasOverview(map) ? map.overview : search::overviewOfLarge(*bev);
   std::vector<Tile> cloud_tiles = toTiles(*Scaled<LabelledCloud>(map.cloud, 1 / map.size));

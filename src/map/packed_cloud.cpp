@@ -56,7 +56,7 @@ std::shared_ptr<const Content> unpackedColumn(const PlaneCell& column,
                                               RecentColumns<Content>& recent) {
   return recent.findOrMake(column, [&] {
     auto content = std::make_shared<Content>(empty);
-    orError(file, [&] {
+    rethrowDamage(file, [&] {
       for (const std::size_t i : tiles_of.in(column)) appendTile(tiles[i], *content);
     });
     return content;
@@ -95,8 +95,8 @@ std::shared_ptr<const LabelledCloud> PackedCloud::pointsOf(const PlaneCell& colu
   return unpackedColumn(column, tiles_, tiles_of_, file_, LabelledCloud(), recent_);
 }
 
-StoredPlan::StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file, std::size_t samples,
-                       std::uint64_t fingerprint)
+PackedBev::PackedBev(std::vector<Tile> tiles, BevGrid grid, std::string file, std::size_t samples,
+                     std::uint64_t fingerprint)
     : tiles_(std::move(tiles)),
       grid_(std::move(grid)),
       file_(std::move(file)),
@@ -105,13 +105,13 @@ StoredPlan::StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file, 
       tiles_of_(tiles_),
       recent_(kMostRecentOfView) {}
 
-std::shared_ptr<const BevGrid> StoredPlan::partOf(const PlaneCell& column) const {
+std::shared_ptr<const BevGrid> PackedBev::partOf(const PlaneCell& column) const {
   return unpackedColumn(column, tiles_, tiles_of_, file_, grid_, recent_);
 }
 
-const BevGrid& StoredPlan::whole() const {
+const BevGrid& PackedBev::whole() const {
   std::call_once(unpacked_, [&] {
-    orError(file_, [&] {
+    rethrowDamage(file_, [&] {
       BevGrid whole = grid_;
       fill(tiles_, whole);
       whole_ = std::move(whole);
@@ -120,9 +120,8 @@ const BevGrid& StoredPlan::whole() const {
   return whole_;
 }
 
-std::shared_ptr<const StoredPlan> StoredPlan::changed(const CellIndex& columns,
-                                                      const BevGrid& former,
-                                                      const BevGrid& now) const {
+std::shared_ptr<const PackedBev> PackedBev::changed(const CellIndex& columns, const BevGrid& former,
+                                                    const BevGrid& now) const {
   const auto isThere = [&](const Tile& tile) {
     const PlaneCell column = columnOf(tile);
     return columns.find(column.x, column.y) >= 0;
@@ -134,14 +133,14 @@ std::shared_ptr<const StoredPlan> StoredPlan::changed(const CellIndex& columns,
     if (!isThere(tile)) others.push_back(tile);
   }
   mergeTiles(others, tiles);
-  return std::make_shared<const StoredPlan>(
+  return std::make_shared<const PackedBev>(
       std::move(tiles), grid_, file_, samples_ - former.sampleCount() + now.sampleCount(),
       search::fingerprintOfSum(fingerprint_ - search::fingerprintOf(former),
                                search::fingerprintOf(now)));
 }
 
-const StoredPlan* storedPlanOf(const SemanticMap& map) {
-  return dynamic_cast<const StoredPlan*>(map.stored_view.get());
+const PackedBev* packedBevOf(const SemanticMap& map) {
+  return dynamic_cast<const PackedBev*>(map.stored_view.get());
 }
 
 const BevGrid& viewOf(const SemanticMap& map) {
@@ -204,14 +203,14 @@ CellIndex columnsAround(const BevGrid& addition, const BevGrid& grid) {
 
 /// False, and nothing changed, if the view must be unpacked.
 bool growStoredView(const BevGrid& addition, SemanticMap& map) {
-  const StoredPlan* plan = storedPlanOf(map);
-  if (!plan || !map.overview) return false;
+  const PackedBev* packed = packedBevOf(map);
+  if (!packed || !map.overview) return false;
   const CellIndex columns = columnsAround(addition, map.bev);
-  const BevGrid former = gathered(*plan, columns, map.bev);
+  const BevGrid former = gathered(*packed, columns, map.bev);
   if (former.known.empty()) return false;  // merged, it would have the grid of the addition
   BevGrid now = former;
   mergeBevGrids(now, addition);
-  auto changed = plan->changed(columns, former, now);
+  auto changed = packed->changed(columns, former, now);
   if (!changed) return false;
   map.overview = search::grownOverview(*map.overview, now, addition);
   map.stored_view = std::move(changed);
@@ -246,7 +245,7 @@ void unpackAll(SemanticMap& map) {
 
 void unpackPoints(SemanticMap& map) {
   const PackedCloud* packed = packedCloudOf(map);
-  orError(packed ? packed->file() : std::string(), [&] { unpackAll(map); });
+  rethrowDamage(packed ? packed->file() : std::string(), [&] { unpackAll(map); });
 }
 
 void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
@@ -264,7 +263,7 @@ void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
     const PlaneCell column = columnOf(tile);
     return columns.count({column.x, column.y}) > 0;
   };
-  orError(packed->file(), [&] { unpack(*packed, isNear, map); });
+  rethrowDamage(packed->file(), [&] { unpack(*packed, isNear, map); });
 }
 
 void packPoints(SemanticMap& map) {

@@ -18,7 +18,7 @@ namespace xview::map {
 
 /// Runs `work`; damage of the file becomes an Error.
 template <class Work>
-void orError(const std::string& file, const Work& work) {
+void rethrowDamage(const std::string& file, const Work& work) {
   try {
     work();
   } catch (const Damage& e) {
@@ -98,11 +98,11 @@ class PackedCloud final : public StoredCloud {
 };
 
 /// The bird's-eye view of a map as its file has it.
-class StoredPlan final : public StoredView {
+class PackedBev final : public StoredView {
  public:
   /// `grid`: without samples and seen cells. `samples`, `fingerprint`: of the whole view.
-  StoredPlan(std::vector<Tile> tiles, BevGrid grid, std::string file, std::size_t samples,
-             std::uint64_t fingerprint);
+  PackedBev(std::vector<Tile> tiles, BevGrid grid, std::string file, std::size_t samples,
+            std::uint64_t fingerprint);
 
   std::vector<PlaneCell> columns() const override { return tiles_of_.columns(); }
   std::shared_ptr<const BevGrid> partOf(const PlaneCell& column) const override;
@@ -112,8 +112,8 @@ class StoredPlan final : public StoredView {
   const std::vector<Tile>& tiles() const { return tiles_; }
   /// The view with `now` in those columns in place of `former`, both gathered() from there. Null if
   /// something of `now` lies elsewhere.
-  std::shared_ptr<const StoredPlan> changed(const CellIndex& columns, const BevGrid& former,
-                                            const BevGrid& now) const;
+  std::shared_ptr<const PackedBev> changed(const CellIndex& columns, const BevGrid& former,
+                                           const BevGrid& now) const;
 
  private:
   std::vector<Tile> tiles_;
@@ -128,7 +128,7 @@ class StoredPlan final : public StoredView {
 };
 
 /// As a file has them, so that they can be written again: null if they are unpacked or reduced.
-const StoredPlan* storedPlanOf(const SemanticMap& map);
+const PackedBev* packedBevOf(const SemanticMap& map);
 const PackedCloud* packedCloudOf(const SemanticMap& map);
 
 /// unpackPoints(), but throws Damage.

@@ -25,14 +25,14 @@ StoredBlocks::StoredBlocks(std::vector<VertexBlock> blocks, std::string file)
 std::shared_ptr<const std::vector<Vertex>> StoredBlocks::unpacked(std::size_t block) const {
   return recent_.findOrMake(block, [&] {
     auto vertices = std::make_shared<std::vector<Vertex>>();
-    orError(file_, [&] { unpack(blocks_[block], *vertices); });
+    rethrowDamage(file_, [&] { unpack(blocks_[block], *vertices); });
     return vertices;
   });
 }
 
 const std::vector<Eigen::AlignedBox3d>& StoredBlocks::boxes() const {
   std::call_once(boxes_made_, [&] {
-    orError(file_, [&] {
+    rethrowDamage(file_, [&] {
       std::vector<Eigen::AlignedBox3d> boxes;
       for (const VertexBlock& block : blocks_) boxes.push_back(boxOf(block));
       boxes_ = std::move(boxes);
@@ -62,7 +62,7 @@ void StoredBlocks::forAll(const Visit& visit) const {
   std::uint32_t number = 0;
   for (const VertexBlock& block : blocks_) {
     vertices.clear();
-    orError(file_, [&] { unpack(block, vertices); });
+    rethrowDamage(file_, [&] { unpack(block, vertices); });
     for (const Vertex& v : vertices) visit(number++, v);
   }
 }
@@ -82,7 +82,7 @@ void StoredBlocks::forAllIn(const Eigen::AlignedBox2d& box, const Visit& visit) 
 
 SemanticGraph StoredBlocks::whole() const {
   SemanticGraph graph;
-  orError(file_, [&] {
+  rethrowDamage(file_, [&] {
     graph.vertices.reserve(size_ + size_ / 16);  // room for those of a drive that is added
     for (const VertexBlock& block : blocks_) appendVertices(block, graph.vertices);
   });

@@ -26,8 +26,8 @@ struct RayCounts {
   double met = 0;      ///< where something stands in the query as well
   double through = 0;  ///< where rays passed instead
 
-  double told() const { return met + through; }
-  double share() const { return (through + 1) / (told() + 1); }
+  double observed() const { return met + through; }
+  double share() const { return (through + 1) / (observed() + 1); }
 };
 
 /// Cells around the way of a query: where anything stands, and how many rays passed.
@@ -126,7 +126,7 @@ std::optional<double> freeSpaceViolation(const DistributionMap& map, const Refin
                                          const Eigen::Isometry3d& T_map_query) {
   const SeenSpace space(query, labels);
   const RayCounts here = space.at(map, T_map_query);
-  if (here.told() < kFewest) return std::nullopt;
+  if (here.observed() < kFewest) return std::nullopt;
   RayCounts displaced;
   for (int k = 0; k < kNullMoves; ++k) {
     const double angle = 0.3 + 2 * M_PI * k / kNullMoves;

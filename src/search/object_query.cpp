@@ -28,7 +28,7 @@ constexpr double kSameSurface = 4;  // [m] samples of one piece of a surface are
 constexpr float kFarAway = 1e9f;
 constexpr std::uint8_t kNoBit = 255;
 
-bool isSaidBy(const Vertex& v, const Vertex& better) {
+bool isExplainedBy(const Vertex& v, const Vertex& better) {
   const Eigen::Vector3d d = v.position - better.position;
   if (v.label == better.label) return d.head<2>().squaredNorm() < kSame * kSame;
   return better.points > kClearlyMore * v.points && d.squaredNorm() < kSame * kSame;
@@ -60,7 +60,7 @@ std::vector<std::uint32_t> distinctFromAbove(const SemanticGraph& graph,
   for (const std::uint32_t i : surfaces) {
     const Vertex& v = graph.vertices[i];
     const ClassCell cell = cellOf({v.position.x(), v.position.y(), 0}, kSame, 0);
-    if (kept.anyAround(cell, [&](std::size_t j) { return isSaidBy(v, graph.vertices[j]); }))
+    if (kept.anyAround(cell, [&](std::size_t j) { return isExplainedBy(v, graph.vertices[j]); }))
       continue;
     kept.add(cell, i);
     distinct.push_back(i);
@@ -79,11 +79,12 @@ std::vector<std::uint32_t> wellSeen(const SemanticGraph& graph,
   }
   std::map<std::uint32_t, std::uint32_t> median;
   for (auto& [label, points] : points_of_class) median[label] = medianOf(std::move(points));
-  const auto isVague = [&](std::uint32_t i) {
+  const auto hasFewPoints = [&](std::uint32_t i) {
     const auto usual = median.find(graph.vertices[i].label);
     return usual != median.end() && graph.vertices[i].points < usual->second;
   };
-  candidates.erase(std::remove_if(candidates.begin(), candidates.end(), isVague), candidates.end());
+  candidates.erase(std::remove_if(candidates.begin(), candidates.end(), hasFewPoints),
+                   candidates.end());
   return candidates;
 }
 

@@ -250,9 +250,9 @@ BevGrid obstacleView(const BevGrid& view) {
 bool isStored(const MapView& map) { return map.stored != nullptr; }
 
 /// The obstacles of a map by columns of it.
-class Things {
+class ObstacleIndex {
  public:
-  explicit Things(const MapView& map)
+  explicit ObstacleIndex(const MapView& map)
       : stored_(map.stored),
         cell_m_(map.grid.cell_m),
         origin_(map.grid.origin_x, map.grid.origin_y, map.grid.origin_z) {
@@ -340,7 +340,7 @@ class SurfaceField final : public Field {
                                            : readLikelihoods(options.likelihoods)),
         threads_(threads),
         overview_(map.overview),
-        things_(map),
+        obstacles_(map),
         distances_(isStored(map) ? DistanceField(map.grid, map.stored, *map.overview)
                                  : DistanceField(map.grid)),
         origin_(distances_.originX(), distances_.originY(), map.grid.origin_z),
@@ -356,7 +356,7 @@ class SurfaceField final : public Field {
 
   const DistanceField& distances() const { return distances_; }
   const LikelihoodTable& table() const { return table_; }
-  const Things& things() const { return things_; }
+  const ObstacleIndex& obstacles() const { return obstacles_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   bool inTown() const { return in_town_; }
   double rasterCell() const {
@@ -381,7 +381,7 @@ class SurfaceField final : public Field {
   LikelihoodTable table_;
   int threads_;
   std::shared_ptr<const MapOverview> overview_;
-  Things things_;
+  ObstacleIndex obstacles_;
   DistanceField distances_;
   Eigen::Vector3d origin_;
   PathNull null_;
@@ -481,8 +481,8 @@ class SurfaceQuery final : public FieldQuery {
     if (!bev_ || !field_.inTown() || measuredGround_m2(*bev_) < kLooked_m2) return seen;
     std::call_once(things_made_,
                    [&] { things_ = std::make_unique<DistanceField>(obstacleView(*bev_)); });
-    const SurfaceSamples samples = surfaceSamples(
-        field_.things().around((T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
+    const SurfaceSamples samples = surfaceSamples(field_.obstacles().around(
+        (T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
     const WeightedRatios ratios =
         weighted(logRatios(field_.table(), samples_.viewpoint, nullptr, 0), false);
     const PlacePose as_it_is{samples.centre.x() - things_->originX(),

@@ -106,15 +106,15 @@ void scaleLengths(double factor, Eigen::Isometry3d& T);
 
 /// A value as given, or a changed copy of it. The given one must outlive this.
 template <class Value>
-class MaybeChanged {
+class CopyOnChange {
  public:
-  MaybeChanged(const MaybeChanged&) = delete;
-  MaybeChanged& operator=(const MaybeChanged&) = delete;
+  CopyOnChange(const CopyOnChange&) = delete;
+  CopyOnChange& operator=(const CopyOnChange&) = delete;
   const Value& operator*() const { return changed_ ? *changed_ : given_; }
   const Value* operator->() const { return &**this; }
 
  protected:
-  explicit MaybeChanged(const Value& given) : given_(given) {}
+  explicit CopyOnChange(const Value& given) : given_(given) {}
 
   const Value& given_;
   std::optional<Value> changed_;
@@ -122,8 +122,8 @@ class MaybeChanged {
 
 /// The same value with all lengths multiplied; copied only if the factor is not 1.
 template <class Value>
-struct Scaled : MaybeChanged<Value> {
-  Scaled(const Value& given, double factor) : MaybeChanged<Value>(given) {
+struct Scaled : CopyOnChange<Value> {
+  Scaled(const Value& given, double factor) : CopyOnChange<Value>(given) {
     if (factor != 1) scaleLengths(factor, this->changed_.emplace(given));
   }
 };
