@@ -25,8 +25,8 @@ map::SemanticMap buildMap(
     const std::vector<const FrameSource*>& sources, const Options& options,
     const Progress& progress = {},
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen = {});
-/// The same for what is added to a map, without what only a map needs that queries are looked for
-/// in: its null hypothesis is not measured.
+/// The same for an addition to a map. Its null hypothesis is not measured: no query is looked for
+/// in it.
 map::SemanticMap buildVisit(
     const std::vector<const FrameSource*>& sources, const Options& options,
     const Progress& progress = {},
@@ -56,8 +56,8 @@ void appendToMap(map::SemanticMap& map, const map::SemanticMap& addition, const 
 map::SemanticMap inFrameOf(const map::SemanticMap& map, map::SemanticMap other,
                            const Eigen::Isometry3d& T_map_other);
 
-/// What speaks for two places lying in one frame where both were seen, as the search weighs it:
-/// every sample of one at the place of the other against the null hypothesis.
+/// Evidence that two places lie in one frame, as the search weighs it: every sample of one place
+/// against the null hypothesis in the other, where both were observed.
 struct FrameEvidence {
   double score = 0;     ///< of the frames as they are; below 0 chance explains it better [nats]
   double expected = 0;  ///< what two visits of one place would score on average [nats]
@@ -69,14 +69,14 @@ struct FrameEvidence {
   bool contradicts() const { return score < 0; }
 };
 
-/// Nothing where both have seen too little of the same to tell, and for places of two sizes.
+/// Nothing if the places have too little in common to tell, or differ in size.
 std::optional<FrameEvidence> evidenceOfOneFrame(const map::SemanticMap& map,
                                                 const map::SemanticMap& other,
                                                 const Options& options);
 
-/// True if the other place was seen on a drive that the map was made of, wherever that was put:
-/// no second drive goes the same way from key frame to key frame at the same times. Also if a
-/// source of the same name was where the other place was at most of its times.
+/// True if `other` comes from a recording that is in the map already: its key frames have the same
+/// relative poses at the same times. Also if a source of the same name was where `other` was at
+/// most of its times.
 bool holdsSameDrive(const map::SemanticMap& map, const map::SemanticMap& other);
 
 /// A query from a saved session: everything the map knows, answered for its last key frame.

@@ -20,7 +20,7 @@ namespace {
 #ifdef __SANITIZE_THREAD__
 /// In place of TBB, which is not compiled with ThreadSanitizer: races would be seen in it.
 void callAtOnce(int times, const std::function<void()>& call) {
-  std::vector<std::future<void>> runs;  // their ends wait
+  std::vector<std::future<void>> runs;  // their destructors wait
   for (int t = 0; t < times; ++t) runs.push_back(std::async(std::launch::async, call));
   for (std::future<void>& run : runs) run.get();
 }
@@ -31,13 +31,13 @@ class Beside {
   void wait() { run_.get(); }
 
  private:
-  std::future<void> run_;  ///< its end waits
+  std::future<void> run_;  ///< its destructor waits
 };
 #else
-// Without an arena or a thread of its own: of each of them TBB 2021 keeps 7 kB for ever.
+// Without arenas or threads of their own: TBB 2021 keeps 7 kB of each of them for ever.
 
-/// While a thread waits within `work`, it begins with nothing from outside of it, which might want
-/// what the thread has locked.
+/// TBB may run foreign tasks while a thread waits; isolated, none of them needs a lock that this
+/// thread holds.
 void isolated(const std::function<void()>& work) { tbb::this_task_arena::isolate(work); }
 
 void callAtOnce(int times, const std::function<void()>& call) {

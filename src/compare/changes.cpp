@@ -40,7 +40,7 @@ constexpr std::uint32_t kFewPoints = 20;  ///< say little of how pure labels are
 
 /// Prior probability that a landmark changes between two visits.
 constexpr double kChanged = 0.05;
-/// And that another one took its place.
+/// Prior probability that another landmark took its place.
 constexpr double kReplaced = 0.1;
 /// Prior share of unchanged landmarks that are not matched at all, and its weight in landmarks of
 /// the two visits.
@@ -54,11 +54,11 @@ Eigen::AlignedBox3d seenBy(const Place& place, const Eigen::Isometry3d& T) {
   return box.isEmpty() ? box : Eigen::AlignedBox3d(box.min() - rim, box.max() + rim);
 }
 
-/// What a visit says of the points of a thing of the other one.
+/// What a visit says of the points of a landmark of the other visit.
 struct Evidence {
   double asked = 0;
   double same = 0, other = 0;  ///< met, with a point of its class or without
-  double free = 0;             ///< seen through
+  double free = 0;             ///< where rays pass
   double hidden = 0;           ///< neither; the rest is out of view
 
   double met() const { return same + other; }
@@ -94,7 +94,7 @@ struct Object {
   bool isChanged() const { return changed >= 0.5; }
 };
 
-/// What one visit has seen. Points of a common frame are asked for.
+/// What one visit has seen. Callers ask for points of the common frame.
 class Visit {
  public:
   Visit(const Place& place, const Eigen::Isometry3d& T_common_visit, double meet_m,
@@ -130,7 +130,7 @@ class Visit {
   const std::vector<Object>& objects() const { return objects_; }
   const LabelSet& labels() const { return place_.labels; }
 
-  /// Of all vertices, when the things are judged.
+  /// Presence of all vertices, once the landmarks are judged.
   std::vector<Presence> presence() const {
     std::vector<Presence> of_vertex(place_.graph.size(), Presence::unknown);
     for (const std::vector<Object>* objects : {&objects_, &rare_}) {
@@ -143,7 +143,7 @@ class Visit {
     return of_vertex;
   }
 
-  /// Share of the points of a thing and of those they meet that are not of its class: median.
+  /// Median label impurity of landmarks: share of the points within meet_m that have another class.
   double labelNoise() const {
     std::vector<double> purities;
     for (const Object& object : objects_) {
@@ -152,7 +152,7 @@ class Visit {
     return purities.empty() ? 0 : 1 - medianOf(std::move(purities));
   }
 
-  /// How often what lies within some things was measured as each class, of all things but posts.
+  /// Number of measurements of each class in the boxes of `parts`, by landmarks that are no posts.
   std::map<std::uint32_t, double> votesWithin(const std::vector<const Object*>& parts) const {
     std::map<std::uint32_t, double> votes;
     for (const Object* part : parts) votes.emplace(part->vertex->label, 0);
@@ -171,7 +171,7 @@ class Visit {
     return votes;
   }
 
-  /// Points within a block of a thing, which are not of it; common frame.
+  /// Points within kBlock_m of the box of a landmark, but outside of it; common frame.
   std::vector<Eigen::Vector3d> pointsAround(const Object& object) const {
     const Eigen::Vector3d rim = Eigen::Vector3d::Constant(kBlock_m);
     const Eigen::AlignedBox3d wide(object.box.min() - rim, object.box.max() + rim);
@@ -182,7 +182,7 @@ class Visit {
     return points;
   }
 
-  /// Fills in what this visit says of a thing of the other one, and of what is around it.
+  /// Fills in what this visit says of a landmark of the other visit and of the points around it.
   void judge(Object& object, const std::vector<Eigen::Vector3d>& around) const {
     const Vertex& v = *object.vertex;
     const bool on_seen_ground = isGroundSeen(object.position);
@@ -217,7 +217,7 @@ class Visit {
       object.box = boxOf(v, object.is_post);
       object.position = T_common_visit_ * v.position;
       findPoints(object);
-      // The shape of a post tells it.
+      // A post is told by its shape, however rarely it was seen.
       (object.is_post || isSeenOften(v) ? objects_ : rare_).push_back(std::move(object));
     }
   }
@@ -245,7 +245,7 @@ class Visit {
     object.points = std::move(of_class.empty() && object.is_post ? of_any : of_class);
   }
 
-  /// Share of its class among the points of a thing and those they meet.
+  /// Share of the class of a landmark among the points within meet_m of its points.
   double purityOf(const Object& object) const {
     double met = 0, same = 0;
     for (const Eigen::Vector3d& p : someOf(object.points)) {
@@ -280,7 +280,7 @@ class Visit {
     }
   }
 
-  /// Calls visit(i) for the points above the ground that are as near as points of one thing.
+  /// Calls visit(i) for the points above the ground within meet_m of `p`.
   template <class Take>
   void forMet(const Eigen::Vector3d& p, Take&& visit) const {
     upright_.forAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
@@ -321,7 +321,7 @@ class Visit {
     return some.empty() ? 0 : static_cast<double>(met) / static_cast<double>(some.size());
   }
 
-  /// Ground was measured all around a foot.
+  /// True if ground was measured around a foot.
   bool isGroundSeen(const Eigen::Vector3d& p_common) const {
     const Eigen::Vector2d foot = inCells(T_ * p_common);
     const double reach = kAround_m / place_.bev.cell_m;
@@ -360,7 +360,7 @@ class Visit {
   std::vector<Object> rare_;  ///< not seen often
 };
 
-/// How much is met of things that stand, and how much where they do not.
+/// Shares of points that are met: of landmarks that stand, and of these points moved beside them.
 class MatchStatistics {
  public:
   void add(const Visit& visit) {
@@ -431,7 +431,7 @@ std::vector<std::vector<const Object*>> regionsOf(const std::vector<Object>& obj
   return regions;
 }
 
-/// One change of all parts of a thing, which is what its largest part of class `label` is.
+/// One change of all parts of a landmark; its largest part of class `label` tells what it is.
 Change changeOf(const std::vector<const Object*>& parts, std::uint32_t label, Change::What what,
                 double sigma_m) {
   const auto size = [&](const Object* part) {
@@ -460,9 +460,9 @@ Change changeOf(const std::vector<const Object*>& parts, std::uint32_t label, Ch
   return change;
 }
 
-/// Each thing once. Where labels are noisy, things have parts of other classes: those with a
-/// smaller share of the measurements in a region than are labelled by noise are of the class of the
-/// most, and no change if that one stands.
+/// Each landmark once. Where labels are noisy, landmarks have parts of other classes: a class with
+/// a share of the measurements in a region below `label_noise` counts as the most frequent class
+/// there, and as no change if no landmark of that class has changed.
 std::vector<Change> changesAmong(const Visit& visit, Change::What what, double label_noise,
                                  double sigma_m) {
   std::vector<Change> changes;

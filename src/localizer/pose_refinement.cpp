@@ -18,8 +18,8 @@
 namespace xview {
 namespace {
 
-/// Four cells of a BEV grid in a distribution. Samples err by about half a cell; of tilt the plan
-/// knows nothing.
+/// A distribution has four cells of a BEV grid. Samples err by about half a cell; a grid says
+/// nothing of tilt.
 pose::RefineOptions bevRefinement() {
   pose::RefineOptions options;
   options.cell_m = 2;
@@ -62,24 +62,23 @@ LabelledCloud flatCloud(const BevGrid& view, const Eigen::Vector2d& centre, doub
   return cloud;
 }
 
-/// Its part in the plane: position and direction.
+/// The pose in the plane: x, y and yaw.
 Eigen::Isometry3d planarPart(const Eigen::Isometry3d& T) {
   return poseFromYaw({T.translation().x(), T.translation().y(), 0}, yawOf(T.linear()));
 }
 
-/// Standard deviations of a pair of vertices without a better estimate, and of a pose without
-/// enough pairs: that of its place.
+/// Standard deviation of a pair of vertices. A pose with too few pairs has the uncertainty of the
+/// place search, kVague_m and kVague_rad.
 constexpr double kPairSigma_m = 0.5, kVague_m = 5, kVague_rad = 0.5;
-/// How far the plan seen from above leaves a pose uncertain: its samples lie about that far apart,
-/// its heights are those of ground seen from afar, and the last part of a window shows its
-/// direction no better.
+/// Uncertainty of the BEV grid of the last metres: samples lie about that far apart, heights are
+/// those of distant ground, and a short part of a window tells the yaw no better.
 constexpr double kBevSigma_m = 0.25, kBevHeightSigma_m = 0.3, kBevYawSigma_rad = 0.01;
 /// Share of its score that a pose must keep when it is moved, of the last metres and of the whole
 /// window. The last metres alone may fit some metres further as well.
 constexpr double kScoreKept = 0.25;
-/// Of the plan registered around the last pose, from kBevSeenFrom_m above the ground; from higher
-/// it errs with the square, as depth does. It was seen some 25 m before, from where the odometry
-/// has drifted since; across the way and in height little is open. Tilt is that of the odometry.
+/// Standard deviations of a pose by registered BEV grids up to kBevSeenFrom_m above ground; above
+/// it they grow with the square of the height, as errors of depth do. Along the path odometry has
+/// drifted since the grid was seen, some 25 m before. Tilt is that of the odometry.
 constexpr double kBevSeenFrom_m = 45;
 constexpr double kBevAlong_m = 0.25, kBevAcross_m = 0.11, kBevUp_m = 0.12, kBevTilt_rad = 0.0025,
                  kBevTurn_rad = 0.0065;
@@ -127,7 +126,7 @@ std::vector<pose::MatchedVertex> matchedVertices(const Query& query, const map::
   return matched;
 }
 
-/// Level direction of the last metres of travel, map frame; zero if it stood.
+/// Level direction of the last metres of travel, map frame; zero if the sensor stood.
 Eigen::Vector3d recentTravel(const Query& query, const Eigen::Isometry3d& T_map_query) {
   constexpr double kEnough_m = 2;
   const Eigen::Vector3d last = query.poses.back().translation();
@@ -147,7 +146,7 @@ std::size_t halfway(const std::vector<Eigen::Isometry3d>& poses, double at_most_
   return static_cast<std::size_t>(after - way_m.begin()) - 1;
 }
 
-/// Of the last sensor, over the ground that the query has measured.
+/// Height of the last sensor over the ground that the query has measured; 0 if there is none.
 double heightOverGround(const Query& query) {
   std::vector<float> heights;
   for (const GroundCell& cell : query.bev.known) {
@@ -158,7 +157,7 @@ double heightOverGround(const Query& query) {
   return sensor.z() - query.bev.origin_z - medianOf(std::move(heights));
 }
 
-/// Of a pose by registered plans: long along the way, short across it.
+/// Covariance of a pose by registered BEV grids: long along the path, short across it.
 Matrix6d covarianceOfBev(const Query& query, const Eigen::Isometry3d& T_map_query,
                          double up_sigma_rad) {
   const double higher = std::max(1.0, std::pow(heightOverGround(query) / kBevSeenFrom_m, 2));
@@ -221,13 +220,13 @@ struct PoseRefinement::Step {
     const Eigen::Vector3d sensor = query.poses.back().translation();
     return (T * sensor - pose.T_map_query * sensor).norm();
   }
-  /// What is seen from above must not contradict the new pose.
+  /// True if the BEV grids do not contradict the new pose.
   bool keepsScore(const Eigen::Isometry3d& T, double share) const {
     return !whole || (recent->score(T) >= share * recent->score(pose.T_map_query) &&
                       whole->score(T) >= least_score);
   }
-  /// The same of a window whose poses have drifted against the last one: its last metres and the
-  /// whole of it lie where the middle of them belongs, and tell together.
+  /// The same for a window that has drifted: its last metres and the whole of it are scored at the
+  /// poses of their middles, and the sum of both scores counts.
   bool keepsScore(const pose::Refinement& refined) const {
     const auto at = [&](double way_m) -> const Eigen::Isometry3d& {
       return refined.T_map_query_at[halfway(query.poses, way_m)];
@@ -286,7 +285,7 @@ void PoseRefinement::useClouds(Step& step) const {
   setInlierRatio(refined.agreement, step.pose.dense);
 }
 
-/// Where single points are known too badly, their averages seen from above are left.
+/// For points that are too uncertain to be registered: their averages in the BEV grid are.
 void PoseRefinement::useBev(Step& step) const {
   step.pose.dense.of = DenseEvidence::Of::views;
   const Query& query = step.query;

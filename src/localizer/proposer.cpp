@@ -18,13 +18,13 @@ constexpr Method kMethods[] = {{"auto", true, true, makeSearchProposer},
                                {"walks", false, false, makeWalkProposer}};
 
 constexpr std::size_t kMostRegistered = 5;  ///< places whose points are registered
-constexpr double kWellShown = 0.5;  ///< map overlap from which no other place is asked for its own
-constexpr std::size_t kMostAsked = 15;  ///< places that are asked for it
-constexpr double kWorthAsking = 0.4;    ///< score of such a place, over the best one
-constexpr int kWalkPlaces = 3;          ///< poses that walks may propose in the whole map
-/// Of walks: log-likelihood ratio of a vertex that agrees, and the number of vertices that agree
-/// with a wrong pose: a row of houses fits another row, so they come in clusters and grow with the
-/// query.
+constexpr double kEnoughMapOverlap = 0.5;   ///< of the best place: that of others is not computed
+constexpr std::size_t kMostAsked = 15;      ///< places whose map overlap is computed otherwise
+constexpr double kWorthAsking = 0.4;        ///< least score of such a place, over the best one
+constexpr int kWalkPlaces = 3;              ///< poses that walks may propose in the whole map
+/// Log-likelihood ratio of a vertex that agrees with a pose of walks, and the number of vertices
+/// that agree with a wrong one: a row of houses fits another row, so they come in clusters and grow
+/// with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
 
@@ -34,9 +34,9 @@ std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
   return path;
 }
 
-/// A score counts what a query shows of the map, not what it does not show of it: a wrong place of
-/// which much is known may have a larger one than the right place of which little is. If the query
-/// does not show what stands at the best place, the place that it shows best is registered as well.
+/// The score counts what the query shows of the map, not what it lacks: a wrong place that the map
+/// knows well may have a larger score than the right one. If the map overlap of the best place is
+/// small, the place with the highest dense score is registered as well.
 void proposeByMapOverlap(Candidates& found) {
   const auto fitOf = [&](const search::PlaceHypothesis& place) {
     PlaceEvidence evidence = evidenceOf(place);
@@ -45,7 +45,7 @@ void proposeByMapOverlap(Candidates& found) {
                           verdict::denseScore(evidence, evidence.dense));
   };
   const auto [shown, fit_of_best] = fitOf(found.places[0]);
-  if (!shown || *shown >= kWellShown) return;
+  if (!shown || *shown >= kEnoughMapOverlap) return;
   double most = fit_of_best;
   std::size_t likeliest = 0;
   for (std::size_t i = found.to_register; i < std::min(kMostAsked, found.places.size()); ++i) {
@@ -87,7 +87,7 @@ class SearchProposer final : public PlaceProposer {
   const Options& options_;
 };
 
-/// Poses are as good as many vertices agree with them.
+/// The score of a pose is proportional to the number of vertices that agree with it.
 class WalkProposer final : public PlaceProposer {
  public:
   explicit WalkProposer(const ProposerInputs& inputs) : walks_(inputs.walks) {}

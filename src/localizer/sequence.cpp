@@ -24,8 +24,7 @@ constexpr std::size_t kPlaces = 40;
 // odometry.
 constexpr double kStretchReach_m = 1.5;
 
-/// Queries of a recording that may speak for a place: those whose frames begin later than the
-/// history reaches.
+/// A query and its frames [first, last) of the recording.
 struct Window {
   Query query;
   std::size_t first = 0, last = 0;
@@ -44,7 +43,7 @@ std::optional<double> scoreShare(const PlaceEvidence& e, const verdict::VerdictO
   if (!(e.expected > 0) || e.map_coverage < o.min_known_share) return std::nullopt;
   return e.score / e.expected;
 }
-constexpr double kAgrees = 0.4, kContradicts = 0.2;  ///< such shares, from and below
+constexpr double kAgrees = 0.4, kContradicts = 0.2;  ///< shares: at least, below
 
 template <class Evidence>
 std::optional<double> meanOf(const std::vector<DenseEvidence>& looks,
@@ -88,7 +87,7 @@ struct Sequence::State {
 
   SequenceAnswer add(const Query& query, std::size_t first, std::size_t last) {
     SequenceAnswer answer;
-    if (!query.jumps.empty()) forget();  // nothing connects it with what was before
+    if (!query.jumps.empty()) forget();  // nothing connects it with earlier windows
     answer.alone = answer.fix = localizer.localize(query);
     if (isBudgetSpent()) return answer;
     remember(query, first, last);
@@ -206,8 +205,8 @@ struct Sequence::State {
            options.odometry.drift * (windows[a].sensor() - windows[b].sensor()).norm();
   }
 
-  /// Where it puts the last sensor, at canonical scale. Query frames begin anywhere, so poses of
-  /// their origins cannot be compared.
+  /// Where the place has the last sensor, in canonical lengths. Origins of query frames lie
+  /// anywhere, so their poses cannot be compared.
   PlacePose placeNow(const PoseCheck& place) const {
     const Eigen::Vector3d p = place.T_map_query * windows.back().sensor() / localizer.size();
     return {p.x(), p.y(), yawOf(place.T_map_query.linear()), 0};
@@ -225,7 +224,7 @@ struct Sequence::State {
     answer.runner_up = tracks.size() > 1 ? std::max(0.0, tracks[1].sum.score) : 0;
   }
 
-  /// The best place is where the newest window would be by itself.
+  /// True if the best place is that of the newest window by itself.
   bool bestIsThatOf(const Localization& alone) const {
     return !alone.hypotheses.empty() &&
            isSamePlace(tracks.front().seen.back(), {alone.T_map_query, {}});
@@ -253,8 +252,8 @@ struct Sequence::State {
     return described;
   }
 
-  /// What close looks of the windows that count tell of a track: a stranger may fit by its newest
-  /// window only.
+  /// Mean dense evidence of a track over the windows that count: an out-of-map query may fit by its
+  /// newest window only.
   DenseEvidence verifyDensely(Track& track) const {
     const std::vector<bool> counts = counted();
     std::vector<DenseEvidence> looks;
@@ -302,7 +301,7 @@ struct Sequence::State {
     return against;
   }
 
-  /// What the sum says; a place that the newest window does not agree with is not accepted.
+  /// Verdict on the sum; a best place that the newest window does not agree with is rejected.
   verdict::Verdict verdictOfSum(const SequenceAnswer& answer, const Localization& at_best) {
     verdict::Verdict verdict = localizer.judge(evidenceOfSum(answer, at_best));
     verdict.reason = fmt::format("{} windows together: {}", answer.windows, verdict.reason);
@@ -321,9 +320,9 @@ struct Sequence::State {
     return verdict;
   }
 
-  /// Brings what the sum says and what the newest window says by itself together. An acceptance
-  /// that the sum only does not reach stays as it is, but not one that it finds likelier wrong than
-  /// right; one of another place is in doubt.
+  /// Joins the verdicts on the sum and on the newest window alone. An accepted window stays
+  /// accepted if the sum has the same place with kConfidenceThreshold or more; it becomes ambiguous
+  /// if the sum has another place that it does not accept.
   void decide(const Query& query, SequenceAnswer& answer) {
     constexpr double kConfidenceThreshold = 0.5;
     Localization at_best = atBest(query, answer);
@@ -356,7 +355,7 @@ struct Sequence::State {
     refuseOutsidePrior(query, fix);
   }
 
-  /// The history may have led out of where this window may be.
+  /// The history may have led to a place that the prior of this window forbids.
   void refuseOutsidePrior(const Query& query, Localization& fix) const {
     if (!fix.accepted() || localizer.priorAllows(query, fix.T_map_query)) return;
     verdict::refuse(ReasonCode::outside_prior,

@@ -50,24 +50,24 @@ Gravity measured(const Eigen::Vector3d& up, double sigma_rad, const std::string&
   return gravity;
 }
 
-/// A frame that is that of its first scan stands as the scanner stood, not as gravity says.
+/// If the odometry frame is that of the first scan, z is the scanner's axis and may lean.
 bool isFrameOfScanner(const PreprocessedFrame& first) {
   return first.sensor != Sensor::camera &&
          first.T_odom_sensor.linear() == Eigen::Matrix3d::Identity();
 }
 
-/// How far off z may be that is kept all the same: what the mounting of scanners and the measured
-/// up leave of their lean, together with that lean.
+/// Error of z where it is kept as up: mean and standard deviation of the lean, given the usual
+/// mounting of scanners and the measured up.
 double errorOfKept(double off_rad, double sigma_rad) {
   const double mounting = kMountingSigma_rad * kMountingSigma_rad, seen = sigma_rad * sigma_rad;
   return std::hypot(off_rad * mounting / (mounting + seen),
                     std::sqrt(mounting * seen / (mounting + seen)));
 }
 
-/// Of the positions of each class, from the first vertex of the graph.
+/// Moments of the positions of each class, relative to the first vertex of the graph.
 using MomentsOfClasses = std::map<std::uint32_t, Moments3>;
 
-/// One pass over what may be packed.
+/// One pass over vertices that may be packed.
 MomentsOfClasses momentsOf(const AllVertices& vertices) {
   MomentsOfClasses classes;
   std::optional<Eigen::Vector3d> first;
@@ -79,7 +79,7 @@ MomentsOfClasses momentsOf(const AllVertices& vertices) {
   return classes;
 }
 
-/// Classes differ in height, so each is taken about its own mean.
+/// Normal of the layer of vertices, each class about its own mean: classes differ in height.
 Eigen::Vector3d layerNormal(const MomentsOfClasses& classes) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double count = 0;
@@ -95,7 +95,7 @@ Eigen::Vector3d layerNormal(const MomentsOfClasses& classes) {
   return axes.eigenvectors().col(0);
 }
 
-/// Mean height of ground classes and of the others over a layer, and how sure their order is.
+/// 1 if the ground classes are clearly below the others along the normal, -1 if above, else 0.
 int sideOfGround(const MomentsOfClasses& classes, const LabelSet& labels,
                  const Eigen::Vector3d& normal) {
   constexpr double kClear_m = 0.5, kSigmas = 3;

@@ -30,34 +30,32 @@ constexpr double kClearlyBetter = 50;  ///< by this the cost must be lower with 
 // by maximum likelihood on accepted windows of simulated towns with clean and with noisy depth,
 // with and without added drift, and of scanners.
 
-/// Points of a block err together: of the spread of blocks.
+/// Factor on the spread of blocks, whose points err together.
 constexpr double kPoints = 0.65;
 /// Offset between the sides of objects that query and map observed, common to a kind of objects.
 constexpr double kSide_m = 0.037;
-/// Of the drift of the prior and its turn, and times as much where a window shows drift.
+/// Factors on the drift and the turn of the prior, and one more where a window shows drift.
 constexpr double kDrift = 0.4, kDriftTurn = 0.2, kShownDrift = 4;
 /// Standard deviation of depths at which all these variances are doubled.
 constexpr double kKnownWell_m = 0.1;
 /// Weight of a point relative to an independent one at which the variances are doubled; below it
 /// they grow quickly. Points of scans that were bent by motion have less.
 constexpr double kBent = 0.033;
-/// Of the depth error that all points have in common, in the plane.
+/// Share of the typical error of points that all of them have in common, in the plane.
 constexpr double kCommon = 0.03;
 /// Factor on the standard deviation of the given pose over that of its prior.
 constexpr double kGiven = 2;
-/// Covariance that remains if every point weighed kMoreWeight times more: the prior's share.
-constexpr double kMoreWeight = 3000;
+constexpr double kMoreWeight = 3000;  ///< see covarianceLeftOpen
 /// Share of the spread of the poses that the starts converge to, along a street without landmarks.
 constexpr double kStarts = 0.7;
 constexpr double kFloor_m = 0.0005, kFloor_rad = 0.00008;
-/// Of single poses in themselves, as by motion while a scanner turns: what stands on wheels pitches
-/// and rolls meanwhile.
+/// Errors of single poses, as by motion while a scanner turns: vehicles pitch and roll meanwhile.
 constexpr double kSinglePose_m = 0.001, kSinglePoseUp_m = 0.0025;
 constexpr double kSinglePose_rad = 0.00012, kSinglePoseTilt_rad = 0.0009;
 
 using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-/// How far a point pulls at the last sensor, one rigid body.
+/// Pull of a point at the last sensor, as if the window were one rigid body.
 struct Pull {
   const QueryPoint* point;
   Vector6d away;  ///< from where it is to its distribution
@@ -73,7 +71,7 @@ struct PulledFit {
   Matrix6Xd last_rows;             ///< of the inverse of all.H, those of the last pose
 };
 
-/// What both sides of a thing have between them is a matter of the plane: ground has one side.
+/// Vector between the two observed sides of an object, in the plane: ground has one side.
 Eigen::Vector3d fromSideToSide(const Partner& partner) {
   if (partner.view.isZero() || partner.map_view.isZero()) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d between = partner.map_view - partner.view;
@@ -154,7 +152,7 @@ Matrix6d covarianceLeftOpen(const PulledFit& fit) {
   return least.topRows<6>();
 }
 
-/// `own_to_last`: by pose, turns its increment about its own sensor into one about the last one.
+/// `own_to_last`: by pose, turns an increment about its sensor into one about the last sensor.
 std::vector<PosePull> posePulls(const PulledFit& fit, const std::vector<Matrix6d>& own_to_last,
                                 double point_weight) {
   std::vector<PosePull> poses(own_to_last.size());
@@ -175,8 +173,8 @@ std::vector<PosePull> posePulls(const PulledFit& fit, const std::vector<Matrix6d
   return poses;
 }
 
-/// Every pose errs by its own jitter; that of the last one is its error, but for what it moved the
-/// fit.
+/// Jitter is the independent error of each pose. That of the last pose adds to its covariance
+/// directly, minus the part that moved the fit.
 Matrix6d covarianceOfJitter(const PulledFit& fit, const Registration& registration,
                             const Estimate& at) {
   std::vector<Matrix6d> own_to_last(registration.poseCount(), Matrix6d::Identity());
@@ -209,8 +207,8 @@ void descend(const std::vector<QueryPoint>& points, const Estimate& start, int i
   fit.cost = fit.registration.evidenceAt(fit.descent.at, points, scope).cost;
 }
 
-/// Of the last pose. `start_open`: where starts to both sides end. `sigma_m`: typical error of
-/// points. `drifts`: the window was found to drift as much as the options allow.
+/// Covariance of the last pose. `start_open`: where starts to both sides end. `sigma_m`: typical
+/// error of points. `drifts`: the window was found to drift as much as the options allow.
 Matrix6d covarianceOf(const Fit& fit, const Eigen::Matrix3d& start_open,
                       const std::vector<QueryPoint>& points, double sigma_m, bool drifts) {
   const Registration& registration = fit.registration;

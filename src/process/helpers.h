@@ -24,8 +24,8 @@ class Helpers {
   virtual std::string receive(int helper) = 0;
 };
 
-/// From now on; null = all is done here again. They must outlive whatever is computed. Results are
-/// the same for any number of helpers. Nothing may be computed meanwhile.
+/// Sets the helpers of later calls; null ends sharing. `helpers` must outlive all computations, and
+/// none may run meanwhile. Results are the same for any number of helpers.
 void shareWork(Helpers* helpers);
 
 /// As long as it lives, each Helper can open the same recordings, in this order, if there are
@@ -41,8 +41,7 @@ class SharedRecordings {
 /// What a request begins with (MessageWriter).
 enum class HelperTask : std::uint32_t { scan, frame };
 
-/// The helpers of this process, for whoever came first; for others there are none as long as it
-/// lives.
+/// Exclusive use of the helpers of this process: meanwhile, other Conversations have none.
 class Conversation {
  public:
   Conversation();
@@ -53,10 +52,10 @@ class Conversation {
   Conversation& operator=(const Conversation&) = delete;
 
   std::size_t helpers() const { return unanswered_.size(); }
-  /// Differs from that of all helpers that were shared with before.
+  /// Number of the set of helpers: each call of shareWork() has another.
   std::uint64_t generation() const;
   void ask(std::size_t helper, const std::string& request);
-  /// To the first request that is not answered yet.
+  /// The answer to the first request that is not answered yet.
   std::string answerOf(std::size_t helper);
 
  private:

@@ -18,7 +18,7 @@ using std::string_literals::operator""s;
 
 /// Score of wrong places under the null hypothesis, so that small scores say little [nats].
 constexpr double kNoise_nats = 2;
-/// Added to scores of parts, of which a small one says little [nats].
+/// Added to the scores of parts of a place: small scores say little [nats].
 constexpr double kPartPrior_nats = 15;
 constexpr double kLeast = 0.02;    ///< shares of less are all the same
 constexpr double kLikeTrue = 0.8;  ///< score ratio of a usual true place
@@ -77,7 +77,7 @@ double ratioToSelfConsistency(double above_null, double self_consistency) {
 /// Usual ratio of the inlier ratio above null to the self-consistency: 0.6 to 1 at right places,
 /// 0.5 to 0.7 at wrong ones in buildings of similar rooms.
 constexpr double kUsualSelfConsistencyRatio = 0.75;
-/// That ratio less the usual one, at most 0; 0 where the map overlap is known, which tells more.
+/// Ratio to the self-consistency less the usual one, at most 0; 0 if the map overlap is known.
 double selfConsistencyTerm(const DenseEvidence& dense) {
   const bool is_known = dense.of == DenseEvidence::Of::points && dense.converged &&
                         dense.self_consistency && !dense.map_overlap;
@@ -101,7 +101,7 @@ double aboveNullOf(double above_null, const std::optional<double>& map_overlap,
          kSelfConsistencyThreshold;
 }
 
-/// The inlier ratio above null is that of a place that is likelier right than wrong.
+/// True if the inlier ratio above null is at least that of even odds.
 bool fitsClosely(const DenseEvidence& dense) {
   return !dense.converged || aboveNullOf(dense.inlier_ratio - dense.null_inlier_ratio,
                                          dense.map_overlap, dense.self_consistency) >= 0;
@@ -137,13 +137,13 @@ double oddsOf(const Statistics& s, const VerdictModel& model) {
   return model.weightsFor(s).logOdds(termsOf(s));
 }
 
-/// Of the place by itself, as if nothing had been registered.
+/// The statistics without dense evidence, as if nothing had been registered.
 Statistics ofPlaceAlone(Statistics s) {
   s.dense.of = DenseEvidence::Of::nothing;
   return s;
 }
 
-/// Mean over wrong places of a map, drawn to that of a usual map by as many as a few more.
+/// Mean over the map's wrong places, shrunk towards the usual value by kUsualPlaces observations.
 double meanOf(const std::vector<WrongPlace>& wrong_places,
               std::optional<double> WrongPlace::*witness, double usual) {
   constexpr double kUsualPlaces = 4;
@@ -155,7 +155,7 @@ double meanOf(const std::vector<WrongPlace>& wrong_places,
   return sum / count;
 }
 
-/// Chance that the pose is as near to the truth as that its place is the right one.
+/// Probability that a pose at the right place is within kNear_m of the truth.
 double chanceToBeNear(const Statistics& s) {
   constexpr double kNear_m = 3;
   return s.sigma_m > 0 ? std::erf(kNear_m / (std::sqrt(2) * s.sigma_m)) : 1;
@@ -251,7 +251,7 @@ class Reason {
                       : "no place stands out: another one fits as well";
   }
 
-  /// The term that is farthest below what it is of right answers, in log odds.
+  /// The term that costs most log odds against the median of right answers.
   Term decidingTerm() const {
     const std::array<double, kTerms> terms = termsOf(s_);
     const EvidenceWeights& weights = model_.weightsFor(s_);
@@ -298,8 +298,8 @@ class Reason {
   const double odds_needed_;
 };
 
-/// The best place would be accepted if the second-best were not there, or if none of several were
-/// that fit as a true place would.
+/// True if the best place would be accepted without the second-best one or, if it fits as a true
+/// place does, without any other.
 bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
                   const VerdictModel& model) {
   if (!e.secondBestIsClose()) return false;
@@ -311,7 +311,7 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
   return confidenceOf(s, model) >= o.min_confidence;
 }
 
-/// Of an answer that a little more risk would accept: how much more, as a round number.
+/// If a little more risk would accept the answer: that risk, as a round number; else empty.
 std::string byAHair(double p_wrong, double risk) {
   constexpr double kTimesMore = 10, kMost = 0.1;
   if (p_wrong > std::min(kTimesMore * risk, kMost)) return "";
