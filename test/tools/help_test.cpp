@@ -10,8 +10,12 @@ namespace xview::test {
 namespace {
 
 const std::vector<std::string> kCommands{
-    "simulate", "info", "label", "lift", "blobs",      "graph", "map",  "match", "localize",
-    "evaluate", "fuse", "learn", "view", "lookalikes", "diff",  "demo", "follow"};
+    "simulate", "info", "label", "lift", "blobs",      "graph", "map",  "match",  "localize",
+    "evaluate", "fuse", "learn", "view", "lookalikes", "diff",  "demo", "follow",
+#ifdef XVIEW_WITH_SERVE
+    "serve",
+#endif
+    "prune"};
 
 TEST(Help, ListsEveryCommand) {
   const Outcome outcome = runXview({"--help"});
