@@ -20,7 +20,7 @@ from collections import namedtuple
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-from paper_page import table
+from paper_page import table, wrapped
 from results import with_interval
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -252,7 +252,7 @@ def main():
     of_things = measure_things(programs, [int(n) for n in given.things.split(",")], folder)
     costs, finds = measure(programs, [int(k) for k in given.km.split(",")], folder)
     rows = [row for row in of_things if not row[0].endswith("before")]
-    (ROOT / "docs/results/growth.md").write_text(page(costs, finds, rows))
+    (ROOT / "docs/results/growth.md").write_text(wrapped(page(costs, finds, rows)))
 
 
 if __name__ == "__main__":

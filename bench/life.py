@@ -24,7 +24,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 import fused_drives
 from fused_drives import run
-from paper_page import table
+from paper_page import table, wrapped
 from regress import simulated
 from regress_poses import from_numbers, inverse
 from results import with_interval
@@ -248,7 +248,8 @@ def main():
     program, work = given.program.resolve(), given.work.resolve()
     with ThreadPoolExecutor(2) as pool:
         fused = list(pool.map(lambda number: fused_drives.measure(program, work, number), range(given.fused)))
-    given.page.write_text(page(*rows_of(measure(program, work, given.worlds)), *fused_drives.rows_of(fused)))
+    measured = page(*rows_of(measure(program, work, given.worlds)), *fused_drives.rows_of(fused))
+    given.page.write_text(wrapped(measured))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 from fused_drives import median, quantile
-from paper_page import table
+from paper_page import table, wrapped
 from regress import simulated
 from regress_poses import inverse, product
 from regress_worlds import matrices_in
@@ -133,7 +133,7 @@ def main():
                 runs[sensor, way].append(run)
     rows = [row_of(f"{sensor}, {way}", of_kind) for (sensor, way), of_kind in runs.items()]
     doc = " ".join(__doc__.split("\n\n")[1].split())
-    given.page.write_text(PAGE.format(made=datetime.date.today(), doc=doc, rows=table([HEADING, *rows])))
+    given.page.write_text(wrapped(PAGE.format(made=datetime.date.today(), doc=doc, rows=table([HEADING, *rows]))))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 import regress_worlds as worlds
-from paper_page import BLUE, GREY, ORANGE, SHADES, Curve, chart, percent, table
+from paper_page import BLUE, GREY, ORANGE, SHADES, Curve, chart, percent, table, wrapped
 from regress import Runner, simulated, write_whole
 
 # How a world is made beside its town, its preset and class set, the session to find, the distance that is right, frames
@@ -215,7 +215,7 @@ def localization(lab):
                      *(percent(success(answers, right_m)) for answers in (longer, longer_exact, default)),
                      percent(len(accepted) / len(default)), sum(a.error_m > 5 for a in accepted)])
         if name in PAPER:
-            said += (f"{NAMES[name]}: of the surest fifth {percent(fifth)} are within {right_m} m, of all windows "
+            said += (f"* {NAMES[name]}: of the surest fifth {percent(fifth)} are within {right_m} m, of all windows "
                      f"{percent(success(walks, right_m))}; the paper has {percent(PAPER[name])}. Today's default: {percent(success(default, right_m))} of all.\n")
         if name in ("synthia", "adapnet"):
             noisy = name != "synthia"
@@ -377,7 +377,7 @@ def page_text(lab, results):
         parts.append(said)
     if lab.missing:
         parts.append("## Not run\n\nMissing in the figures above: " + "; ".join(dict.fromkeys(lab.missing)) + ".")
-    return "\n\n".join(parts) + "\n"
+    return wrapped("\n\n".join(parts))
 
 
 INTRODUCTION = """# The paper's experiments

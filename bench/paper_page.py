@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Charts as SVG and tables as Markdown for the page of the paper's experiments."""
 import math
+import re
+import textwrap
 from collections import namedtuple
 from html import escape
 
@@ -71,6 +73,17 @@ def table(rows):
     """The first row is the heading."""
     head, *body = [[str(cell).replace("|", "/") for cell in row] for row in rows]
     return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *body])
+
+
+def wrapped(page):
+    """A page of Markdown whose paragraphs and items of lists have lines of at most 120 characters."""
+    def block(lines):
+        if re.match(r"\n*([#|!]|```|    )", lines):  # headings, tables, pictures, code
+            return lines
+        items = re.split(r"\n(?=\* )", lines)
+        return "\n".join(textwrap.fill(" ".join(item.split()), 120, subsequent_indent="  " if item.startswith("* ") else "",
+                                       break_long_words=False, break_on_hyphens=False) for item in items)
+    return "\n\n".join(map(block, page.rstrip("\n").split("\n\n"))) + "\n"
 
 
 def percent(share):

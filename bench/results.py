@@ -13,7 +13,7 @@ sys.dont_write_bytecode = True
 import regress
 import regress_worlds as worlds
 from paper import wilson
-from paper_page import BLUE, GREY, ORANGE, Curve, chart, table
+from paper_page import BLUE, GREY, ORANGE, Curve, chart, table, wrapped
 
 PAGES = Path(__file__).resolve().parent.parent / "docs/results"
 KINDS = ("cameras in streets", "LiDAR", "from the air", "depth cameras in rooms and on desks", "bare graphs")
@@ -168,10 +168,10 @@ def main():
     PAGES.mkdir(parents=True, exist_ok=True)
     (PAGES / "reliability.svg").write_text(plot)
     (PAGES / "length.svg").write_text(over_length(answers))
-    (PAGES / "README.md").write_text(OVERVIEW.format(made=made, overview=overview(answers), reliability=bands,
-                                                     share=100 * strangers / len(answers)))
+    page = OVERVIEW.format(made=made, overview=overview(answers), reliability=bands, share=100 * strangers / len(answers))
+    (PAGES / "README.md").write_text(wrapped(page))
     worlds_table = regress.table_markdown(regress.by_world(lines))
-    (PAGES / "worlds.md").write_text(WORLDS.format(made=made, worlds=worlds_table))
+    (PAGES / "worlds.md").write_text(wrapped(WORLDS.format(made=made, worlds=worlds_table)))
     if absent:
         print(f"without {', '.join(absent)}, which are not in {arguments.data}", file=sys.stderr)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A document that names a file which is gone sends its reader nowhere.
+// A document that names a file which is gone sends its reader nowhere; long lines hide changes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,6 +49,30 @@ TEST(Documents, NameFilesThatExist) {
     }
   }
   EXPECT_GT(named, 40u);
+}
+
+/// Characters of a line of UTF-8.
+std::size_t charactersOf(const std::string& line) {
+  const auto isFirst = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
+  return static_cast<std::size_t>(std::count_if(line.begin(), line.end(), isFirst));
+}
+
+TEST(Documents, HaveShortLinesOutsideOfTables) {
+  std::size_t pages = 0;
+  const fs::path root = XVIEW_SOURCE_DIR;
+  for (const fs::path& folder : {root, root / "docs", root / "docs/results"}) {
+    for (const fs::directory_entry& page : fs::directory_iterator(folder)) {
+      if (page.path().extension() != ".md") continue;
+      ++pages;
+      std::ifstream file(page.path());
+      int number = 1;
+      for (std::string line; std::getline(file, line); ++number) {
+        const bool is_of_table = !line.empty() && line[0] == '|';
+        EXPECT_TRUE(is_of_table || charactersOf(line) <= 120) << page.path() << ":" << number;
+      }
+    }
+  }
+  EXPECT_GT(pages, 12u);
 }
 
 /// Paths of headers and sources that the comments of a header name, but for those of libraries.
