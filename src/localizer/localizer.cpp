@@ -154,8 +154,8 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
 
   setVerdict(judged(evidence), answer);
   if (answer.accepted() && sayAnything(priors) &&
-      !satisfies(priors, *AlignedQuery(*query, {registered.turn, 1}),
-                 answer.hypotheses[0].T_map_query))
+      !satisfies(priors, query->sensor,
+                 answer.hypotheses[0].T_map_query * (registered.turn * query->poses.back())))
     verdict::refuse(ReasonCode::outside_prior,
                     "the refined pose is outside of the prior; without it: " + answer.reason,
                     answer);

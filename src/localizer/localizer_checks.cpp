@@ -102,8 +102,8 @@ bool Localizer::priorAllows(const Query& given, const Eigen::Isometry3d& T_given
   requireNear("T_map_query", T_given, size_);
   const QueryInMap query(given, given.labels, size_, names_);  // a prior knows no classes
   const Eigen::Isometry3d T = scaled(1 / size_, T_given);
-  const AlignedQuery upright(*query, {index_->alignmentOf(*query, T), 1});
-  return satisfies({index_->prior}, *upright, index_->toAligned(*query, T));
+  const Eigen::Isometry3d upright = index_->alignmentOf(*query, T) * query->poses.back();
+  return satisfies({index_->prior}, query->sensor, index_->toAligned(*query, T) * upright);
 }
 
 Localization Localizer::describe(const Query& query, const PoseCheck& place) const {

@@ -103,7 +103,7 @@ class WalkProposer final : public PlaceProposer {
         std::min(kMostWrongInliers,
                  kWrongInliers + kWrongInlierShare * static_cast<double>(graph.graph.size()));
     for (match::MatchedPose& pose : matches.poses) {
-      if (!satisfies(priors, query, pose.T_map_query)) continue;
+      if (!satisfies(priors, query.sensor, pose.T_map_query * query.poses.back())) continue;
       search::PlaceHypothesis place;
       place.T_map_query = pose.T_map_query;
       place.centre.score = kNatsOfInlier * static_cast<double>(pose.kept.size());

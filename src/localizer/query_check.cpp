@@ -208,13 +208,12 @@ bool sayAnything(const Priors& priors) {
   return std::any_of(priors.begin(), priors.end(),
                      [](const PlacePrior& p) { return p.near || p.heading; });
 }
-bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query) {
-  const Eigen::Isometry3d pose = T_map_query * query.poses.back();
-  const double heading = headingOf(pose.linear(), query.sensor);
+bool satisfies(const Priors& priors, Sensor sensor, const Eigen::Isometry3d& T_map_sensor) {
+  const Eigen::Vector3d position = T_map_sensor.translation();
+  const double heading = headingOf(T_map_sensor.linear(), sensor);
   return std::all_of(priors.begin(), priors.end(), [&](const PlacePrior& p) {
     const bool is_near =
-        !p.near || std::hypot(pose.translation().x() - p.near->x,
-                              pose.translation().y() - p.near->y) <= p.near->radius;
+        !p.near || std::hypot(position.x() - p.near->x, position.y() - p.near->y) <= p.near->radius;
     return is_near && (!p.heading ||
                        std::abs(angleDifference(heading, p.heading->yaw)) <= p.heading->tolerance);
   });

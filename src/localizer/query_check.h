@@ -38,7 +38,7 @@ PlacePrior priorAround(const ExpectedPose& expected, const Query& query);
 Priors ofQueryFrame(Priors priors, const Query& query);
 /// False if nothing is known.
 bool sayAnything(const Priors& priors);
-/// True if the last sensor pose satisfies all priors.
-bool satisfies(const Priors& priors, const Query& query, const Eigen::Isometry3d& T_map_query);
+/// True if the last pose of the sensor satisfies all priors.
+bool satisfies(const Priors& priors, Sensor sensor, const Eigen::Isometry3d& T_map_sensor);
 
 }  // namespace xview

@@ -45,7 +45,7 @@ TEST(PosePrior, EveryPoseThatSatisfiesItPutsOtherPointsWhereItSays) {
         {prior.near->x + off * std::cos(direction), prior.near->y + off * std::sin(direction), 1},
         yaw);
     const Eigen::Isometry3d T_map_query = T_map_sensor * last.inverse();
-    ASSERT_TRUE(satisfies({prior}, query, T_map_query));
+    ASSERT_TRUE(satisfies({prior}, query.sensor, T_map_query * query.poses.back()));
     const Eigen::Vector3d p = T_map_query * Eigen::Vector3d(point.x(), point.y(), 1);
     EXPECT_LE(std::hypot(p.x() - of_point.near->x, p.y() - of_point.near->y),
               of_point.near->radius + 1e-9)
@@ -73,9 +73,9 @@ TEST(PosePrior, OfSeveralTheNarrowestCounts) {
   const PlacePrior both = search::priorOfPoint(priors, {0, 0});
   EXPECT_EQ(both.near->radius, 5);
   EXPECT_EQ(both.heading->tolerance, 0.1);
-  EXPECT_TRUE(satisfies(priors, query, poseFromYaw({4, 0, 0}, 0.05)));
-  EXPECT_FALSE(satisfies(priors, query, poseFromYaw({4, 0, 0}, 0.5)));
-  EXPECT_FALSE(satisfies(priors, query, poseFromYaw({-4, 0, 0}, 0.05)));
+  EXPECT_TRUE(satisfies(priors, query.sensor, poseFromYaw({4, 0, 0}, 0.05)));
+  EXPECT_FALSE(satisfies(priors, query.sensor, poseFromYaw({4, 0, 0}, 0.5)));
+  EXPECT_FALSE(satisfies(priors, query.sensor, poseFromYaw({-4, 0, 0}, 0.05)));
 }
 
 TEST(PosePrior, ACameraThatLooksStraightDownHasTheHeadingOfTheTopOfItsImage) {
@@ -84,8 +84,9 @@ TEST(PosePrior, ACameraThatLooksStraightDownHasTheHeadingOfTheTopOfItsImage) {
   query.poses.back().linear() << 0, -1, 0, -1, 0, 0, 0, 0,
       -1;  // image right = -y, image down = -x: its top shows +x
   const PlacePrior along_x{std::nullopt, PlacePrior::Heading{0, 0.2}};
-  EXPECT_TRUE(satisfies({along_x}, query, Eigen::Isometry3d::Identity()));
-  EXPECT_FALSE(satisfies({along_x}, query, poseFromYaw({0, 0, 0}, 0.5)));
+  const Eigen::Isometry3d& T_query_sensor = query.poses.back();
+  EXPECT_TRUE(satisfies({along_x}, query.sensor, T_query_sensor));
+  EXPECT_FALSE(satisfies({along_x}, query.sensor, poseFromYaw({0, 0, 0}, 0.5) * T_query_sensor));
 }
 
 }  // namespace

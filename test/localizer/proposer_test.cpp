@@ -41,7 +41,7 @@ class KeyframeProposer final : public PlaceProposer {
       const auto isSame = [&](const search::PlaceHypothesis& better) {
         return std::hypot(place.centre.x - better.centre.x, place.centre.y - better.centre.y) < 10;
       };
-      if (satisfies(priors, query, place.T_map_query) &&
+      if (satisfies(priors, query.sensor, place.T_map_query * query.poses.back()) &&
           std::none_of(found.places.begin(), found.places.end(), isSame))
         found.places.push_back(place);
     }
