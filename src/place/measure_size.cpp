@@ -26,9 +26,9 @@ constexpr double kTopAndBottom = 0.2;           ///< of the height of a place
 constexpr double kRoofed = 1.0 / 3;             ///< share of a place that has something at both
 constexpr double kRooms = 8;  ///< times as wide as high: what counts of a roofed place
 /// What is between two sizes is taken for the nearer one, in ratios.
-constexpr double kTownRange_m = 9, kRoomRange_m = 1.6;     ///< of most that a sensor sees
-constexpr double kTownReach_m = 12, kRoomReach_m = 1.3;    ///< of clouds
-constexpr double kTownGraph_m = 7.2, kRoomGraph_m = 1.35;  ///< of bare graphs
+constexpr double kTownRange_m = 9, kRoomRange_m = 1.6;  ///< of most that a sensor sees
+constexpr double kTownReach_m = 12, kRoomReach_m = 2.3, kPartReach_m = 0.9;  ///< of clouds
+constexpr double kTownGraph_m = 7.2, kRoomGraph_m = 1.35;                    ///< of bare graphs
 
 struct OccupiedCell {
   ClassCell key;
@@ -36,6 +36,13 @@ struct OccupiedCell {
 
 double sizeOf(double length, double least_town, double least_room) {
   return length >= least_town ? kTownScale : length >= least_room ? kRoomScale : kDeskScale;
+}
+
+/// Of a cloud, which may be a part of a room, as a depth camera sees it.
+double sizeOfCloud(double reach) {
+  constexpr double kPartOfRoom = kRoomScale / 2;
+  const bool is_part = reach >= kPartReach_m && reach < kRoomReach_m;
+  return is_part ? kPartOfRoom : sizeOf(reach, kTownReach_m, kRoomReach_m);
 }
 
 /// Distances of what a sensor measured [m].
@@ -138,7 +145,7 @@ MeasuredSize measured(const std::vector<double>& lengths, Sensor sensor) {
   if (lengths.empty()) return {kTownScale, "nothing to measure"};
   const double length = medianOf(lengths);
   if (sensor == Sensor::cloud) {
-    return {sizeOf(length, kTownReach_m, kRoomReach_m),
+    return {sizeOfCloud(length),
             fmt::format("it reaches {:.3g} m, a mean of width and height", length)};
   }
   return {sizeOf(length, kTownRange_m, kRoomRange_m),

@@ -34,17 +34,6 @@ double groundShare(const pcl::PointCloud<Point>& points) {
   return static_cast<double>(ground) / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-/// Labels points as they lie when turned. Without a turn they are not copied: a cloud may be all
-/// that memory holds.
-void labelTurned(const Eigen::Matrix3d& R, double size, pcl::PointCloud<Point>& points) {
-  if (R == Eigen::Matrix3d::Identity()) return labelByShape(points, size);
-  pcl::PointCloud<Point> turned = points;
-  const Eigen::Matrix3f R_float = R.cast<float>();
-  for (Point& point : turned) point.getVector3fMap() = R_float * point.getVector3fMap();
-  labelByShape(turned, size);
-  for (std::size_t i = 0; i < turned.size(); ++i) points[i].label = turned[i].label;
-}
-
 /// Median height of the ground of points that lie turned; nothing without ground.
 std::optional<float> groundLevel(const Eigen::Matrix3d& R, const pcl::PointCloud<Point>& points) {
   const Eigen::RowVector3f up = R.row(2).cast<float>();
@@ -136,8 +125,13 @@ Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor,
                               pcl::PointCloud<Point>& points) {
   const bool is_scan = sensor == Sensor::lidar;
   if (sensor == Sensor::cloud && size != kTownScale && R_up_sensor.isIdentity()) {
-    const Eigen::Vector3d vertical = verticalOfRoom(points, size);
-    if (vertical != Eigen::Vector3d::UnitZ()) return labelAlong(vertical, size, points);
+    const VerticalOfRoom vertical = verticalOfRoom(points, size);
+    const bool is_z = vertical.axis == Eigen::Vector3d::UnitZ();
+    if (is_z || vertical.is_up) {
+      labelTurned(alignmentFromUp(vertical.axis).toRotationMatrix(), size, points);
+      return is_z ? Eigen::Vector3d::Zero() : vertical.axis;
+    }
+    if (!vertical.axis.isZero()) return labelAlong(vertical.axis, size, points);
   }
   TurnedCloud best(R_up_sensor, size, std::move(points));
   if (best.ground < (is_scan ? kLittleGroundOfScan : kLittleGround)) {
@@ -161,6 +155,16 @@ Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor,
   }
   points = std::move(best.points);
   return Eigen::Vector3d::Zero();
+}
+
+/// Without a turn they are not copied: a cloud may be all that memory holds.
+void labelTurned(const Eigen::Matrix3d& R, double size, pcl::PointCloud<Point>& points) {
+  if (R == Eigen::Matrix3d::Identity()) return labelByShape(points, size);
+  pcl::PointCloud<Point> turned = points;
+  const Eigen::Matrix3f R_float = R.cast<float>();
+  for (Point& point : turned) point.getVector3fMap() = R_float * point.getVector3fMap();
+  labelByShape(turned, size);
+  for (std::size_t i = 0; i < turned.size(); ++i) points[i].label = turned[i].label;
 }
 
 }  // namespace xview

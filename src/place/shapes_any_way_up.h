@@ -19,4 +19,7 @@ namespace xview {
 Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
                               pcl::PointCloud<Point>& points);
 
+/// Gives points the classes of their shapes as they lie when turned by R (labelByShape).
+void labelTurned(const Eigen::Matrix3d& R, double size, pcl::PointCloud<Point>& points);
+
 }  // namespace xview

@@ -35,6 +35,8 @@ constexpr double kNormalReach = 2.5;  ///< voxels around a point that make its n
 constexpr double kCurved = 0.05;      ///< share of the variance across a surface
 constexpr double kAxisOff_rad = 45 * kDegree;
 constexpr double kNearZ_rad = 8 * kDegree;  ///< z is believed
+constexpr float kFieldOfView = 1.2F;        ///< tangent of half of the one of a depth camera
+constexpr double kInView = 0.95;            ///< share of the points of a camera that lie in it
 constexpr double kClearlyBetter = 1;        ///< log-likelihood ratio per normal
 
 /// Shares of surface that faces up, faces down, stands upright, and does as it likes.
@@ -109,8 +111,20 @@ void addNormals(const Frame& frame, Normals& normals) {
   }
 }
 
-/// Of a cloud, both ways: nothing says from which side it was seen.
-void addNormals(const pcl::PointCloud<Point>& points, double size, Normals& normals) {
+/// Whether a cloud lies as a depth camera at its origin sees it: z forward, y down.
+bool isSeenByCamera(const pcl::PointCloud<Point>& points) {
+  std::size_t count = 0, in_view = 0;
+  for (const Point& p : points) {
+    if (!p.getVector3fMap().allFinite()) continue;
+    ++count;
+    in_view += p.z > 0 && std::hypot(p.x, p.y) < kFieldOfView * p.z;
+  }
+  return count > 0 && static_cast<double>(in_view) >= kInView * static_cast<double>(count);
+}
+
+/// Of a cloud: towards its origin if that has seen it, else both ways.
+void addNormals(const pcl::PointCloud<Point>& points, double size, bool from_origin,
+                Normals& normals) {
   LabelledCloud cloud;
   for (std::size_t i = 0; i < points.size(); i += 1 + points.size() / kPointsThinned) {
     const Point& p = points[i];
@@ -132,8 +146,9 @@ void addNormals(const pcl::PointCloud<Point>& points, double size, Normals& norm
         !(curvature < kCurved))
       continue;
     const Eigen::Vector3d n = plane.head<3>().cast<double>().normalized();
-    normals.add(n);
-    normals.add(-n);
+    const bool is_away = n.dot((*thin)[i].getVector3fMap().cast<double>()) > 0;
+    if (!from_origin || !is_away) normals.add(n);
+    if (!from_origin || is_away) normals.add(-n);
   }
 }
 
@@ -164,6 +179,15 @@ Eigen::Vector3d mostLikelyNear(const Eigen::Vector3d& middle, double reach_rad,
   return bestAround(bestAround(middle, reach_rad, kRough_rad, score), kRough_rad, kFine_rad, score);
 }
 
+/// Up where the top of images lies there, within a reach of it: a wall before a camera that looks
+/// down might be a floor.
+Eigen::Vector3d upOfImages(const Eigen::Vector3d& top, double reach_rad, const Normals& normals) {
+  return mostLikelyNear(top, reach_rad, [&](const Eigen::Vector3d& up) {
+    const double off = std::acos(std::clamp(up.dot(top), -1.0, 1.0));
+    return normals.score(up) - 0.5 * std::pow(off / kTopSigma_rad, 2) / kIndependent;
+  });
+}
+
 }  // namespace
 
 Eigen::Vector3d upOfCamera(const FrameSource& recording) {
@@ -185,26 +209,24 @@ Eigen::Vector3d upOfCamera(const FrameSource& recording) {
   for (std::size_t i = 0; i < frames; ++i)
     addNormals(recording.read(i * recording.size() / frames), normals);
   if (normals.count() < kFewestNormals) return nothing;
-  const auto score = [&](const Eigen::Vector3d& up) {
-    const double off = std::acos(std::clamp(up.dot(top), -1.0, 1.0));
-    return normals.score(up) - 0.5 * std::pow(off / kTopSigma_rad, 2) / kIndependent;
-  };
-  const Eigen::Vector3d up = mostLikelyNear(top, kTopOff_rad, score);
+  const Eigen::Vector3d up = upOfImages(top, kTopOff_rad, normals);
   // A camera that was turned or hung upside down sees surfaces that z lines up with.
   return 2 * looking_up < poses && normals.score(z) >= normals.score(up) ? nothing : up;
 }
 
-Eigen::Vector3d verticalOfRoom(const pcl::PointCloud<Point>& points, double size) {
-  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size) {
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY(), z = Eigen::Vector3d::UnitZ();
+  const bool by_camera = isSeenByCamera(points);
   Normals normals;
-  addNormals(points, size, normals);
-  if (normals.count() < kFewestNormals) return z;
+  addNormals(points, size, by_camera, normals);
+  if (normals.count() < (by_camera ? kFewestNormals / 2 : kFewestNormals)) return {};
+  if (by_camera) return {upOfImages(-y, kAxisOff_rad, normals), true};
   const auto score = [&](const Eigen::Vector3d& up) { return normals.score(up); };
   const Eigen::Vector3d near_z = mostLikelyNear(z, kAxisOff_rad, score),
-                        near_y = mostLikelyNear(Eigen::Vector3d::UnitY(), kAxisOff_rad, score);
+                        near_y = mostLikelyNear(y, kAxisOff_rad, score);
   const bool z_fits = near_z.z() > std::cos(kNearZ_rad);
-  if (score(near_y) > score(near_z) + (z_fits ? kClearlyBetter : 0)) return near_y;
-  return z_fits ? z : near_z;
+  if (score(near_y) > score(near_z) + (z_fits ? kClearlyBetter : 0)) return {near_y, false};
+  return {z_fits ? z : near_z, false};
 }
 
 }  // namespace xview

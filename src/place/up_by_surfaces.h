@@ -16,10 +16,16 @@ namespace xview {
 /// of any direction.
 Eigen::Vector3d upOfCamera(const FrameSource& recording);
 
-/// The axis that is vertical in a cloud of a room of this scale (base/semantic_place.h), by the
-/// same mixture: near z, or near y where surfaces fit it clearly better, as in clouds of cameras. A
-/// unit vector; whether it points up or down is not told. z itself if it is near enough, and where
+/// What is vertical in a cloud of a room, in its frame.
+struct VerticalOfRoom {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< a unit vector; zero if nothing tells
+  bool is_up = false;                              ///< it points up, else up or down
+};
+
+/// By the same mixture, in a cloud of this scale (base/semantic_place.h): near z, or near y where
+/// surfaces fit it clearly better, as in meshes; z itself if it is near enough. A cloud that lies
+/// before its origin as a depth camera sees it (z forward, y down) has its up near -y. Nothing if
 /// too few surfaces are seen.
-Eigen::Vector3d verticalOfRoom(const pcl::PointCloud<Point>& points, double size);
+VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size);
 
 }  // namespace xview

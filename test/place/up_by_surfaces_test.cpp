@@ -15,6 +15,7 @@
 #include "base/random.h"
 #include "place/gravity.h"
 #include "place/raw_recording.h"
+#include "place/shapes.h"
 #include "place/shapes_any_way_up.h"
 #include "support/test_data.h"
 #include "xview/io/recording.h"
@@ -230,7 +231,8 @@ TEST(UpOfClouds, OfRoomsInFramesOfCamerasIsToldBySurfaces) {
     const auto poses = turningHead(down, 5);
     const Eigen::Isometry3d T = inFirstImage(poses);
     pcl::PointCloud<Point> points = cloudOf(Room(poses, T)).points;
-    const Eigen::Vector3d up = T.linear().col(2), vertical = verticalOfRoom(points, kRoomScale);
+    const Eigen::Vector3d up = T.linear().col(2),
+                          vertical = verticalOfRoom(points, kRoomScale).axis;
     EXPECT_LT(std::min(degreesBetween(vertical, up), degreesBetween(-vertical, up)), 2) << down;
     const Eigen::Vector3d told =
         labelAnyWayUp(Eigen::Matrix3d::Identity(), Sensor::cloud, kRoomScale, points);
@@ -238,10 +240,41 @@ TEST(UpOfClouds, OfRoomsInFramesOfCamerasIsToldBySurfaces) {
   }
   pcl::PointCloud<Point> upright =
       cloudOf(Room(turningHead(20, 5), Eigen::Isometry3d::Identity())).points;
-  EXPECT_EQ(verticalOfRoom(upright, kRoomScale), Eigen::Vector3d::UnitZ());
-  EXPECT_EQ(verticalOfRoom({}, kRoomScale), Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(verticalOfRoom(upright, kRoomScale).axis, Eigen::Vector3d::UnitZ());
+  EXPECT_TRUE(verticalOfRoom({}, kRoomScale).axis.isZero());
   EXPECT_EQ(labelAnyWayUp(Eigen::Matrix3d::Identity(), Sensor::cloud, kRoomScale, upright).norm(),
             0);
+}
+
+/// Check fix for: the wall before a camera was taken for its ground.
+TEST(UpOfClouds, OfACameraBeforeAWallIsNearTheTopOfItsImage) {
+  for (const double down : {5.0, 25.0, 45.0}) {
+    const std::vector<Eigen::Isometry3d> poses = {lookingAt(4.4, 1.2, 10, down)};
+    const Eigen::Isometry3d T = inFirstImage(poses);
+    pcl::PointCloud<Point> points = cloudOf(Room(poses, T), 1).points;
+    const Eigen::Vector3d told =
+        labelAnyWayUp(Eigen::Matrix3d::Identity(), Sensor::cloud, kRoomScale, points);
+    EXPECT_LT(degreesBetween(told, T.linear().col(2)), 3) << down;
+  }
+}
+
+/// Check fix for: a room of which few points are floor was laid on its side.
+TEST(UpOfClouds, OfARoomWithLittleFloorIsAsGiven) {
+  const pcl::PointCloud<Point> all =
+      cloudOf(Room(turningHead(20, 5), Eigen::Isometry3d::Identity())).points;
+  pcl::PointCloud<Point> points;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].z > 0.1F || i % 20 == 0) points.push_back(all[i]);
+  }
+  EXPECT_TRUE(
+      labelAnyWayUp(Eigen::Matrix3d::Identity(), Sensor::cloud, kRoomScale, points).isZero());
+  const auto is_ground = [](const Point& p) {
+    return p.label == static_cast<std::uint32_t>(Shape::ground);
+  };
+  double height = 0;
+  for (const Point& p : points) height += is_ground(p) ? p.z : 0;
+  EXPECT_LT(height / static_cast<double>(std::count_if(points.begin(), points.end(), is_ground)),
+            0.2);
 }
 
 struct RealRoom {
