@@ -6,7 +6,7 @@ foreach(package VTK OpenNI OpenNI2 libusb)
   set(CMAKE_DISABLE_FIND_PACKAGE_${package} ON)
 endforeach()
 find_package(PCL 1.12 QUIET REQUIRED COMPONENTS common kdtree octree search sample_consensus
-             filters segmentation registration)
+             features filters segmentation registration)
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 find_package(OpenCV 4 REQUIRED COMPONENTS core dnn imgproc imgcodecs)
 find_package(Ceres REQUIRED)

@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <tuple>
+#include <utility>
+
+#include "base/pose.h"
 
 namespace xview::match {
 namespace {
@@ -16,6 +20,16 @@ constexpr std::size_t kMostVotes = 100000;  ///< of more pairs that agree an eve
 constexpr std::size_t kMostPoses = 500;     ///< poses made of the pairs with most votes
 
 using Points = std::vector<Eigen::Vector3d>;
+
+constexpr std::size_t kMostSeeds = 300;  ///< matches around which poses are made
+constexpr std::size_t kAroundSeed = 20;  ///< matches that make such a pose, beside the seed
+constexpr int kRefits = 3;               ///< of a pose to its supporters
+constexpr std::size_t kFewestSupporters = 4;
+constexpr double kLeastApart = 3;      ///< of two matches that may agree, in tolerances
+constexpr double kAnglesDiffer = 0.3;  ///< of normals in query and map: difference of their cosines
+constexpr double kNormalsAgree = 0.7;  ///< cosine between normals of a match that a pose explains
+/// Poses that differ by less are one: in tolerances, at the middle of the matches, and by angle.
+constexpr double kOnePose = 2, kOnePose_rad = 0.15;
 
 /// Which correspondences agree with which, one row of bits each.
 class Agreement {
@@ -30,6 +44,7 @@ class Agreement {
     for (std::size_t w = 0; w < words_; ++w) count += __builtin_popcountll(row(a)[w] & row(b)[w]);
     return count;
   }
+  bool agree(std::size_t a, std::size_t b) const { return row(a)[b / 64] >> (b % 64) & 1; }
   template <class Visit>
   void forCommon(std::size_t a, std::size_t b, Visit&& visit) const {
     for (std::size_t w = 0; w < words_; ++w) {
@@ -163,6 +178,105 @@ class Draws {
   Agreement agreement_;
 };
 
+/// Poses around single matches.
+class Seeds {
+ public:
+  Seeds(const MatchedPoints& matches, double tolerance_m)
+      : m_(matches), tolerance_m_(tolerance_m), agreement_(matches.size()) {
+    votes_.assign(m_.size(), 0);
+    for (std::size_t b = 1; b < m_.size(); ++b) {
+      for (std::size_t a = 0; a < b; ++a) {
+        if (agree(a, b)) agreement_.connect(a, b);
+      }
+    }
+    for (std::size_t b = 1; b < m_.size(); ++b) {
+      for (std::size_t a = 0; a < b; ++a) {
+        if (!agreement_.agree(a, b)) continue;
+        const int common = agreement_.countCommon(a, b);
+        votes_[a] += common;
+        votes_[b] += common;
+      }
+    }
+  }
+
+  /// Matches with most votes first; ties: the earlier one.
+  std::vector<std::size_t> seeds() const {
+    std::vector<std::size_t> order(m_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return votes_[a] > votes_[b]; });
+    order.resize(std::min(order.size(), kMostSeeds));
+    return order;
+  }
+
+  std::optional<ConsistentPose> poseAround(std::size_t seed) const {
+    std::vector<std::pair<int, std::size_t>> around;
+    for (std::size_t i = 0; i < m_.size(); ++i) {
+      if (agreement_.agree(seed, i)) around.emplace_back(-agreement_.countCommon(seed, i), i);
+    }
+    std::sort(around.begin(), around.end());
+    std::vector<std::size_t> used{seed};
+    for (std::size_t k = 0; k < std::min(kAroundSeed, around.size()); ++k)
+      used.push_back(around[k].second);
+    ConsistentPose pose;
+    for (int round = 0; round <= kRefits; ++round) {
+      if (used.size() < kFewestSupporters) return std::nullopt;
+      pose.T_map_query = fitted(used);
+      used = supporters(pose.T_map_query);
+    }
+    pose.support = used.size();
+    return pose.support < kFewestSupporters ? std::nullopt : std::optional(pose);
+  }
+
+ private:
+  bool agree(std::size_t a, std::size_t b) const {
+    const double in_query = (m_.query[b] - m_.query[a]).norm();
+    const double in_map = (m_.map[b] - m_.map[a]).norm();
+    if (in_query < kLeastApart * tolerance_m_ || std::abs(in_query - in_map) > tolerance_m_)
+      return false;
+    return std::abs(std::abs(m_.query_normals[a].dot(m_.query_normals[b])) -
+                    std::abs(m_.map_normals[a].dot(m_.map_normals[b]))) <= kAnglesDiffer;
+  }
+
+  Eigen::Isometry3d fitted(const std::vector<std::size_t>& used) const {
+    Eigen::Matrix3Xd source(3, used.size()), target(3, used.size());
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      source.col(static_cast<Eigen::Index>(k)) = m_.query[used[k]];
+      target.col(static_cast<Eigen::Index>(k)) = m_.map[used[k]];
+    }
+    return Eigen::Isometry3d(Eigen::umeyama(source, target, false));
+  }
+
+  std::vector<std::size_t> supporters(const Eigen::Isometry3d& T) const {
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < m_.size(); ++i) {
+      if ((T * m_.query[i] - m_.map[i]).norm() < 1.5 * tolerance_m_ &&
+          std::abs((T.linear() * m_.query_normals[i]).dot(m_.map_normals[i])) > kNormalsAgree)
+        found.push_back(i);
+    }
+    return found;
+  }
+
+  const MatchedPoints& m_;
+  double tolerance_m_;
+  Agreement agreement_;
+  std::vector<std::int64_t> votes_;
+};
+
+/// An even share of the matches.
+MatchedPoints evenShare(const MatchedPoints& matches, std::size_t most) {
+  const std::size_t count = std::min(most, matches.size());
+  MatchedPoints share;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = k * matches.size() / count;
+    share.query.push_back(matches.query[i]);
+    share.map.push_back(matches.map[i]);
+    share.query_normals.push_back(matches.query_normals[i]);
+    share.map_normals.push_back(matches.map_normals[i]);
+  }
+  return share;
+}
+
 /// Finite correspondences by query vertex, at most kMostCorrespondences.
 std::vector<Correspondence> firstOfEachVertex(const Points& query, const Points& map,
                                               const std::vector<Correspondence>& correspondences) {
@@ -204,6 +318,37 @@ std::vector<Correspondence> consistentCorrespondences(
     if ((map[c.map] - *T_map_query * query[c.query]).norm() <= 2 * tolerance_m) kept.push_back(c);
   }
   return kept;
+}
+
+bool isOnePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& point,
+               double near) {
+  return (a * point - b * point).norm() < near && rotationBetween(a, b) < kOnePose_rad;
+}
+
+std::vector<ConsistentPose> consistentPoses(const MatchedPoints& given, double tolerance_m,
+                                            std::size_t most) {
+  const MatchedPoints matches = evenShare(given, kMostCorrespondences);
+  if (matches.size() < kFewestSupporters) return {};
+  const Seeds seeds(matches, tolerance_m);
+  std::vector<ConsistentPose> poses;
+  for (const std::size_t seed : seeds.seeds()) {
+    if (const auto pose = seeds.poseAround(seed)) poses.push_back(*pose);
+  }
+  std::stable_sort(
+      poses.begin(), poses.end(),
+      [](const ConsistentPose& a, const ConsistentPose& b) { return a.support > b.support; });
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : matches.query) middle += p;
+  middle /= static_cast<double>(matches.size());
+  std::vector<ConsistentPose> distinct;
+  for (const ConsistentPose& pose : poses) {
+    const auto is_one = [&](const ConsistentPose& other) {
+      return isOnePose(pose.T_map_query, other.T_map_query, middle, kOnePose * tolerance_m);
+    };
+    if (distinct.size() < most && std::none_of(distinct.begin(), distinct.end(), is_one))
+      distinct.push_back(pose);
+  }
+  return distinct;
 }
 
 }  // namespace xview::match

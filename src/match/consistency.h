@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
 #include <vector>
 
 #include "xview/base/graph.h"
@@ -22,5 +23,32 @@ namespace xview::match {
 std::vector<Correspondence> consistentCorrespondences(
     const std::vector<Eigen::Vector3d>& query, const std::vector<Eigen::Vector3d>& map,
     const std::vector<Correspondence>& correspondences, double tolerance_m, bool upright);
+
+/// Points of a query and those of a map that they are taken for, in the same order, with the unit
+/// normals of their surfaces, on either side.
+struct MatchedPoints {
+  std::vector<Eigen::Vector3d> query, map, query_normals, map_normals;
+
+  std::size_t size() const { return query.size(); }
+};
+
+/// A pose that some matches agree about.
+struct ConsistentPose {
+  Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
+  std::size_t support = 0;  ///< matches that it explains
+};
+
+/// Whether two poses put a point of the query within `near` of one place, turned alike.
+bool isOnePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& point,
+               double near);
+
+/// Poses of six degrees of freedom that explain matches of which most are wrong, those with most
+/// support first; `most` at most, each at another place than those before it. Two matches agree if
+/// their points are as far apart in query as in map, within `tolerance_m`, and their normals make
+/// the same angle. Around each of those matches that most pairs speak for, the ones that share most
+/// agreeing matches with it make a pose (SC2-PCR, as above), which is fitted to its supporters. Of
+/// more than 3000 matches an even share takes part. Nothing is random.
+std::vector<ConsistentPose> consistentPoses(const MatchedPoints& matches, double tolerance_m,
+                                            std::size_t most);
 
 }  // namespace xview::match

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "match/feature_matching.h"
+
+#include <pcl/features/fpfh_omp.h>
+#include <pcl/features/normal_3d_omp.h>
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/parallel.h"
+#include "match/consistency.h"
+#include "place/lift.h"
+#include "xview/base/budget.h"
+
+namespace xview::match {
+namespace {
+
+using NormalCloud = pcl::PointCloud<pcl::PointNormal>;
+using Features = pcl::PointCloud<pcl::FPFHSignature33>;
+using PointTree = pcl::search::KdTree<pcl::PointNormal>;
+
+/// In sides of a voxel: radii of normals and features, how far points may lie from their partners
+/// at first and at last, and how well two matches must agree in length.
+constexpr double kNormalRadius = 2.5, kFeatureRadius = 5.5;
+constexpr double kFirstGate = 3, kLastGate = 1;
+constexpr double kLengthTolerance = 1.5;
+constexpr std::size_t kRefined = 10;      ///< poses that are refined
+constexpr double kSamePose = 3;           ///< poses that differ by less are one
+constexpr std::size_t kIcpPoints = 1500;  ///< of the query
+constexpr int kIcpIterations = 15;
+constexpr double kTurnedAway = 0.7;  ///< least cosine between normals of partners in ICP
+/// What lies on a surface of the map: partner and its plane in sides of a voxel, cosine between
+/// normals.
+constexpr double kPartner = 1.5, kOnPlane = 0.25, kFacesAlike = 0.85;
+constexpr double kFewNormals = 0.02;  ///< share of a query that says little about a direction
+
+/// One point per voxel.
+pcl::PointCloud<pcl::PointXYZ>::Ptr thinned(const LabelledCloud& cloud, double voxel) {
+  LabelledCloud of_one_class = cloud;
+  for (Point& p : of_one_class.points) p.label = 0;
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr thin(new pcl::PointCloud<pcl::PointXYZ>);
+  for (const Point& p : thinByVoxel(of_one_class, voxel).points) thin->push_back({p.x, p.y, p.z});
+  return thin;
+}
+
+/// Of each feature the nearest one among others.
+std::vector<int> nearestOf(const Features& features,
+                           const pcl::KdTreeFLANN<pcl::FPFHSignature33>& in, int threads) {
+  std::vector<int> nearest(features.size(), -1);
+  parallelFor(features.size(), threads, [&](std::size_t i) {
+    pcl::Indices index(1);
+    std::vector<float> squared(1);
+    if (in.nearestKSearch(features[i], 1, index, squared) > 0) nearest[i] = index[0];
+  });
+  return nearest;
+}
+
+}  // namespace
+
+struct FeatureCloud::Content {
+  Eigen::Vector3d origin;
+  NormalCloud::Ptr points{new NormalCloud};
+  Features::Ptr features{new Features};
+  PointTree::Ptr tree{new PointTree};
+  pcl::KdTreeFLANN<pcl::FPFHSignature33> feature_tree{false};
+  int threads = 1;
+};
+
+FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
+                           const std::vector<Eigen::Vector3d>& view_points, double voxel,
+                           int threads)
+    : voxel_(voxel) {
+  const auto threads_of_pcl = static_cast<unsigned>(std::max(0, threads));
+  auto content = std::make_unique<Content>();
+  content->origin = cloud.origin;
+  content->threads = threads;
+  askBudget("local features");
+  const auto thin = thinned(cloud, voxel);
+  pcl::PointCloud<pcl::Normal> normals;
+  pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> normal(threads_of_pcl);
+  normal.setInputCloud(thin);
+  normal.setRadiusSearch(kNormalRadius * voxel);
+  if (!thin->empty()) normal.compute(normals);
+  for (std::size_t i = 0; i < thin->size(); ++i) {
+    const pcl::Normal& n = normals[i];
+    if (!std::isfinite(n.normal_x)) continue;
+    const pcl::PointXYZ& p = (*thin)[i];
+    const Eigen::Vector3d at(p.x, p.y, p.z), along(n.normal_x, n.normal_y, n.normal_z);
+    Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& eye : view_points) {
+      const Eigen::Vector3d ray = eye - cloud.origin - at;
+      if (towards.isZero() || ray.squaredNorm() < towards.squaredNorm()) towards = ray;
+    }
+    const float side = towards.dot(along) < 0 ? -1 : 1;
+    pcl::PointNormal point;
+    point.x = p.x;
+    point.y = p.y;
+    point.z = p.z;
+    point.normal_x = side * n.normal_x;
+    point.normal_y = side * n.normal_y;
+    point.normal_z = side * n.normal_z;
+    content->points->push_back(point);
+  }
+  if (!content->points->empty()) {
+    content->tree->setInputCloud(content->points);
+    pcl::FPFHEstimationOMP<pcl::PointNormal, pcl::PointNormal, pcl::FPFHSignature33> fpfh(
+        threads_of_pcl);
+    fpfh.setInputCloud(content->points);
+    fpfh.setInputNormals(content->points);
+    fpfh.setSearchMethod(content->tree);
+    fpfh.setRadiusSearch(kFeatureRadius * voxel);
+    fpfh.compute(*content->features);
+    for (pcl::FPFHSignature33& f : *content->features) {
+      for (float& bin : f.histogram) {
+        if (!std::isfinite(bin)) bin = 0;
+      }
+    }
+    content->feature_tree.setInputCloud(content->features);
+  }
+  content_ = std::move(content);
+}
+
+std::size_t voxelCount(const LabelledCloud& cloud, double voxel) {
+  return thinned(cloud, voxel)->size();
+}
+
+FeatureCloud::~FeatureCloud() = default;
+FeatureCloud::FeatureCloud(FeatureCloud&&) noexcept = default;
+
+std::size_t FeatureCloud::size() const { return content_->points->size(); }
+
+namespace {
+
+/// An even share of the points.
+NormalCloud::Ptr evenShare(const NormalCloud& points, std::size_t most) {
+  NormalCloud::Ptr share(new NormalCloud);
+  const std::size_t count = std::min(most, points.size());
+  for (std::size_t k = 0; k < count; ++k) share->push_back(points[k * points.size() / count]);
+  return share;
+}
+
+/// A point of a query beside the surface of the map that is nearest to it.
+struct Partner {
+  Eigen::Vector3d point, normal;  ///< of the query, where the pose puts it; of the map
+  double off_plane = 0;           ///< from its plane, along the normal
+  double cosine = 0;              ///< between the normals, whichever side they show
+};
+
+template <class Visit>
+void forPartners(const NormalCloud& query, const NormalCloud& map, const PointTree& tree,
+                 const Eigen::Isometry3d& T_map_query, double reach, Visit&& visit) {
+  pcl::Indices index(1);
+  std::vector<float> squared(1);
+  for (const pcl::PointNormal& q : query) {
+    Partner partner;
+    partner.point = T_map_query * Eigen::Vector3d(q.x, q.y, q.z);
+    pcl::PointNormal at;
+    at.x = static_cast<float>(partner.point.x());
+    at.y = static_cast<float>(partner.point.y());
+    at.z = static_cast<float>(partner.point.z());
+    if (tree.nearestKSearch(at, 1, index, squared) == 0 || squared[0] > reach * reach) continue;
+    const pcl::PointNormal& m = map[static_cast<std::size_t>(index[0])];
+    partner.normal = {m.normal_x, m.normal_y, m.normal_z};
+    partner.off_plane = partner.normal.dot(partner.point - Eigen::Vector3d(m.x, m.y, m.z));
+    const Eigen::Vector3d normal(q.normal_x, q.normal_y, q.normal_z);
+    partner.cosine = std::abs(partner.normal.dot(T_map_query.linear() * normal));
+    visit(partner);
+  }
+}
+
+/// Point-to-plane ICP with a gate that narrows, robust by Cauchy weights.
+Eigen::Isometry3d refined(const NormalCloud& query, const NormalCloud& map, const PointTree& tree,
+                          double voxel, Eigen::Isometry3d T) {
+  for (int round = 0; round < kIcpIterations; ++round) {
+    const double narrowed = std::min(1.0, round / (0.6 * kIcpIterations));
+    const double gate = voxel * kFirstGate * std::pow(kLastGate / kFirstGate, narrowed);
+    Eigen::Matrix<double, 6, 6> H = 1e-6 * Eigen::Matrix<double, 6, 6>::Identity();
+    Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+    forPartners(query, map, tree, T, gate, [&](const Partner& partner) {
+      if (partner.cosine < kTurnedAway) return;
+      Eigen::Matrix<double, 6, 1> J;
+      J << partner.normal, partner.point.cross(partner.normal);
+      const double off = 2 * partner.off_plane / gate, weight = 1 / (1 + off * off);
+      H += weight * J * J.transpose();
+      b -= weight * partner.off_plane * J;
+    });
+    const Eigen::Matrix<double, 6, 1> step = H.ldlt().solve(b);
+    const double angle = step.tail<3>().norm();
+    Eigen::Isometry3d move = Eigen::Isometry3d::Identity();
+    if (angle > 0) move.linear() = Eigen::AngleAxisd(angle, step.tail<3>() / angle).matrix();
+    move.translation() = step.head<3>();
+    T = move * T;
+  }
+  return T;
+}
+
+/// See FeaturePose::share.
+double shareOnMap(const Eigen::Isometry3d& T, const NormalCloud& query, const NormalCloud& map,
+                  const PointTree& tree, double voxel) {
+  Eigen::Matrix3d on_map = Eigen::Matrix3d::Zero(), all = Eigen::Matrix3d::Zero();
+  forPartners(query, map, tree, T, kPartner * voxel, [&](const Partner& partner) {
+    if (std::abs(partner.off_plane) <= kOnPlane * voxel && partner.cosine >= kFacesAlike)
+      on_map += partner.normal * partner.normal.transpose();
+  });
+  for (const pcl::PointNormal& q : query) {
+    const Eigen::Vector3d n = T.linear() * Eigen::Vector3d(q.normal_x, q.normal_y, q.normal_z);
+    all += n * n.transpose();
+  }
+  const double few = kFewNormals * static_cast<double>(query.size());
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d>(
+             on_map, all + few * Eigen::Matrix3d::Identity())
+      .eigenvalues()(0);
+}
+
+}  // namespace
+
+std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureCloud& map,
+                                       std::size_t most) {
+  const FeatureCloud::Content &q = *query.content_, &m = *map.content_;
+  if (q.points->empty() || m.points->empty()) return {};
+  const std::vector<int> in_map = nearestOf(*q.features, m.feature_tree, q.threads);
+  const std::vector<int> in_query = nearestOf(*m.features, q.feature_tree, q.threads);
+  MatchedPoints matches;
+  for (std::size_t i = 0; i < in_map.size(); ++i) {
+    if (in_map[i] < 0 || in_query[static_cast<std::size_t>(in_map[i])] != static_cast<int>(i))
+      continue;
+    const pcl::PointNormal &a = (*q.points)[i],
+                           &b = (*m.points)[static_cast<std::size_t>(in_map[i])];
+    matches.query.emplace_back(a.x, a.y, a.z);
+    matches.map.emplace_back(b.x, b.y, b.z);
+    matches.query_normals.emplace_back(a.normal_x, a.normal_y, a.normal_z);
+    matches.map_normals.emplace_back(b.normal_x, b.normal_y, b.normal_z);
+  }
+  const double voxel = map.voxel();
+  const std::vector<ConsistentPose> proposed =
+      consistentPoses(matches, kLengthTolerance * voxel, kRefined);
+  const NormalCloud::Ptr share = evenShare(*q.points, kIcpPoints);
+  std::vector<FeaturePose> poses(proposed.size());
+  parallelFor(proposed.size(), q.threads, [&](std::size_t i) {
+    const Eigen::Isometry3d T = refined(*share, *m.points, *m.tree, voxel, proposed[i].T_map_query);
+    poses[i] = {T, shareOnMap(T, *q.points, *m.points, *m.tree, voxel)};
+  });
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const FeaturePose& a, const FeaturePose& b) { return a.share > b.share; });
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const pcl::PointNormal& p : *q.points) middle += Eigen::Vector3d(p.x, p.y, p.z);
+  middle /= static_cast<double>(q.points->size());
+  std::vector<FeaturePose> distinct;
+  for (const FeaturePose& pose : poses) {
+    const auto is_one = [&](const FeaturePose& other) {
+      return isOnePose(pose.T_map_query, other.T_map_query, middle, kSamePose * voxel);
+    };
+    if (distinct.size() < most && std::none_of(distinct.begin(), distinct.end(), is_one))
+      distinct.push_back(pose);
+  }
+  const Eigen::Translation3d from_origin(m.origin), to_origin(-q.origin);
+  for (FeaturePose& pose : distinct) pose.T_map_query = from_origin * pose.T_map_query * to_origin;
+  return distinct;
+}
+
+}  // namespace xview::match
