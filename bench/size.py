@@ -17,12 +17,12 @@ ROOMS = {
     "include": (["include/xview"], 2600, None),
     "base": (["src/base"], 3200, None),
     "process": (["src/process"], 1000, None),
-    "place": (["src/place"], 7200, 8110),
+    "place": (["src/place"], 7200, 8150),
     "search": (["src/search"], 5400, 5920),
-    "match": (["src/match"], 1300, None),
+    "match": (["src/match"], 1300, 1770),
     "pose": (["src/pose"], 2800, None),
     "verdict": (["src/verdict"], 900, None),
-    "localizer": (["src/localizer"], 3300, 3460),
+    "localizer": (["src/localizer"], 3300, 3690),
     "map": (["src/map"], 4000, None),
     "compare": (["src/compare"], 2100, 2330),
     "io": (["src/io"], 5500, None),
@@ -35,7 +35,7 @@ ROOMS = {
     "pcd_tools": (["pcd_tools"], 8000, 10845),
 }
 PUBLIC_HEADERS = 22
-ALL, ALL_LIMIT = 50000, 57910  # without the simulator
+ALL, ALL_LIMIT = 50000, 58710  # without the simulator
 
 
 def sources(path):

@@ -72,6 +72,7 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("miss_ratio", dense.miss_ratio, Written::if_asked);
   visit("self_consistency", dense.self_consistency, Written::if_asked);
   visit("free_space_violation", dense.free_space_violation, Written::if_asked);
+  visit("feature_margin", s.feature_margin, Written::if_asked);
 }
 
 template <class Value>

@@ -152,6 +152,7 @@ class Localizer {
   const map::SemanticMap& map() const;  ///< UsageError if it was moved from
   const PlaceIndex& indexFor(const Query& query) const;
   Localization localizeNear(const Query& query, const std::optional<ExpectedPose>& expected) const;
+  void askFeatures(const Query& query, const PlaceIndex& index, Localization& answer) const;
   void requireSupport(const Query& query, Localization& answer) const;
 
   double size_;

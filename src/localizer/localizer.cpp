@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 
+#include "base/in_order.h"
 #include "base/pose.h"
 #include "base/user_text.h"
 #include "localizer/level_on_map.h"
@@ -51,6 +52,20 @@ void moveToFront(std::size_t at, std::vector<Value>& values) {
   if (at < values.size()) std::rotate(values.begin(), values.begin() + at, values.begin() + at + 1);
 }
 
+/// Whether two poses of a query differ by less than what a registration mends.
+bool isOnePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Query& query) {
+  constexpr double kNear_m = 1, kNear_rad = 0.15;
+  const Eigen::Vector3d middle = middleOf(query);
+  return (a * middle - b * middle).norm() < kNear_m && rotationBetween(a, b) < kNear_rad;
+}
+
+/// See Statistics::feature_margin.
+double marginOf(const std::vector<match::FeaturePose>& features) {
+  constexpr double kByChance = 0.02;
+  const double next = features.size() > 1 ? features[1].share : 0;
+  return std::max(1.0, features[0].share / std::max(kByChance, next));
+}
+
 /// The answer to a query that needs no search.
 Localization unfindable(const Query& query, std::string reason) {
   Localization answer;
@@ -91,7 +106,8 @@ PlaceIndex::PlaceIndex(const map::SemanticMap& given, const Options& all_options
       refinement(map, options),
       method(method_of_options),
       fields(map, options, method.scores_poses),
-      proposer(method.make({map, fields, walks, options})) {}
+      proposer(method.make({map, fields, walks, options})),
+      feature_index(map, options.threads) {}
 
 Priors PlaceIndex::priorsOf(const Query& given, const Query& upright,
                             const ExpectedPose* expected) const {
@@ -104,14 +120,15 @@ Priors PlaceIndex::priorsOf(const Query& given, const Query& upright,
 }
 
 /// The way of a query, in the frames of the caller.
-Localization PlaceIndex::localize(const Query& given, const ExpectedPose* expected) const {
+Localization PlaceIndex::localize(const Query& given, const ExpectedPose* expected,
+                                  const std::vector<match::FeaturePose>& features) const {
   Stopwatch watch;
   if (const auto reason = whyUnfindable(given, map)) return unfindable(given, *reason);
   const std::optional<Query> centred =
       given.cloud.empty() ? std::nullopt : seenFromItsCentre(given);
   const Query& query = centred ? *centred : given;
   FrameHypothesis frame;
-  Localization answer = inAlignedFrames(query, expected, frame);
+  Localization answer = inAlignedFrames(query, expected, features, frame);
   leaveAlignedFrames(query, frame, answer);
   if (centred) {
     const Eigen::Vector3d centre = answer.T_map_sensor.translation();
@@ -129,6 +146,7 @@ Localization PlaceIndex::localize(const Query& given, const ExpectedPose* expect
 
 /// Where may it be, which vertices correspond there, what is its pose, and is it to be believed?
 Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose* expected,
+                                         const std::vector<match::FeaturePose>& features,
                                          FrameHypothesis& frame) const {
   Localization answer;
   double second_best_score = 0;
@@ -138,6 +156,11 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
 
   Candidates found = proposer->propose(*query, priors, answer.timing_ms);
   found.second_best_score = std::max(found.second_best_score, second_best_score);
+  Eigen::Isometry3d T_by_features;
+  if (!features.empty()) {
+    T_by_features = features[0].T_map_query * frame.R_up.conjugate();
+    addProposed(T_by_features, found);
+  }
   matchVertices(*query, found, answer.timing_ms);
   RegisteredPlaces registered = registerPlaces(*query, found, answer);
   moveLikeliestToFront(found, registered);
@@ -146,6 +169,9 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
 
   verdict::Evidence evidence = evidenceOf(found, registered);
   evidence.travel_m = map.size * travelOf(*query);  // for words, in lengths of the place
+  if (!features.empty() && !registered.places.empty() &&
+      isOnePlace(T_by_features, registered.places[0].T_map_query * registered.turn, *query))
+    evidence.feature_margin = marginOf(features);
   evidence.second_best_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
@@ -391,10 +417,49 @@ Localization Localizer::localizeNear(const Query& query,
     Localization answer = inMetres(index.localize(*QueryInMap(query, map().labels, size_, names_),
                                                   canonical ? &*canonical : nullptr),
                                    size_);
+    if (!answer.accepted() && !expected && index.method.scores_poses && !index.scales)
+      askFeatures(query, index, answer);
     if (answer.accepted() && options_.odometry.check) requireSupport(query, answer);
     if (!query.jumps.empty()) tellJump(query.jumps.back(), query.poses.size(), answer);
     return answer;
   });
+}
+
+/// Where the search finds nothing to believe, local features are asked. At the likeliest of their
+/// poses the query stands as the map does, whichever way is up in both; it is the answer if it is
+/// the best place of the query that stands so.
+void Localizer::askFeatures(const Query& query, const PlaceIndex& index,
+                            Localization& answer) const {
+  constexpr double kAsSaid_rad = 0.2;  ///< how far up may be off where it is said to be z
+  Stopwatch watch;
+  const auto inMap = [&](const Query& given) { return QueryInMap(given, labels(), size_, names_); };
+  const QueryInMap in_map = inMap(query);
+  if (!index.feature_index.takes(*in_map)) return;
+  const auto lap = [&](const char* stage) {
+    const double ms = watch.lap_ms();
+    answer.timing_ms.emplace_back(stage, ms);
+    valueOf(answer.timing_ms, std::string("total")) += ms;
+  };
+  const std::vector<match::FeaturePose> poses = index.feature_index.propose(*in_map);
+  lap("features");
+  if (poses.empty()) return;
+  const Eigen::Vector3d up = poses[0].T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ();
+  if (options_.gravity == "aligned" && up.z() < std::cos(kAsSaid_rad)) return;
+  const Query standing = standingQuery(query, up, options_);
+  Localization other = inMetres(index.localize(*inMap(standing), nullptr, poses), size_);
+  lap("standing");
+  if (!other.statistics.feature_margin || other.confidence <= answer.confidence) return;
+  if (other.accepted()) {
+    const auto mirrored = index.feature_index.propose(*in_map, true);
+    if (!mirrored.empty() && mirrored[0].share > poses[0].share)
+      verdict::refuse(ReasonCode::contradicted,
+                      "the mirror image of the query fits the map more closely than the query: "
+                      "its frame may be left-handed",
+                      other);
+    lap("mirror");
+  }
+  other.timing_ms = std::move(answer.timing_ms);
+  answer = std::move(other);
 }
 
 /// Most of a window may be of before the odometry slipped or was stuck, and the answer is the pose

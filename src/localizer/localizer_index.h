@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "localizer/any_way_up.h"
 #include "localizer/pose_refinement.h"
 #include "localizer/proposer.h"
 #include "localizer/query_check.h"
@@ -50,8 +51,11 @@ Localization inMetres(Localization answer, double size);
 struct PlaceIndex {
   PlaceIndex(const map::SemanticMap& given, const Options& all_options, const Method& method);
 
-  Localization localize(const Query& given, const ExpectedPose* expected) const;
+  /// `features`: poses by local features, the first of which is registered as well.
+  Localization localize(const Query& given, const ExpectedPose* expected,
+                        const std::vector<match::FeaturePose>& features = {}) const;
   Localization inAlignedFrames(const Query& query, const ExpectedPose* expected,
+                               const std::vector<match::FeaturePose>& features,
                                FrameHypothesis& frame) const;
 
   FrameHypothesis chooseFrame(const Query& query, const ExpectedPose* expected,
@@ -99,6 +103,7 @@ struct PlaceIndex {
   const Method& method;
   const MapFields fields;
   const std::unique_ptr<const PlaceProposer> proposer;
+  const FeatureIndex feature_index;
 };
 
 }  // namespace xview

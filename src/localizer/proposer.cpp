@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/pose.h"
 #include "localizer/level_on_map.h"
 #include "localizer/query_in_map.h"
 #include "map/contents.h"
@@ -144,6 +145,29 @@ std::size_t countClose(const std::vector<search::PlaceHypothesis>& places) {
          places[count].score() >= verdict::kAboutAsWell * places[0].score())
     ++count;
   return count;
+}
+
+void addProposed(const Eigen::Isometry3d& T_map_query, Candidates& found) {
+  if (!found.in_field) return;
+  const search::PlaceHypothesis place = found.in_field->verify(T_map_query);
+  std::vector<search::PlaceHypothesis>& places = found.places;
+  auto at = std::find_if(places.begin(), places.end(), [&](const search::PlaceHypothesis& other) {
+    return (other.T_map_query.translation() - place.T_map_query.translation()).norm() <
+               kSamePlace_m &&
+           rotationBetween(other.T_map_query, place.T_map_query) < kSamePlace_rad;
+  });
+  if (at == places.end()) {
+    const auto is_worse = [&](const search::PlaceHypothesis& other) {
+      return other.score() < place.score();
+    };
+    at = places.insert(std::find_if(places.begin(), places.end(), is_worse), place);
+  }
+  const auto first_other = places.begin() + static_cast<std::ptrdiff_t>(found.to_register);
+  if (at < first_other) return;
+  if (at != first_other)  // which is behind it now, and still is what others score
+    found.second_best_score = std::max(found.second_best_score, first_other->score());
+  std::rotate(first_other, at, at + 1);
+  ++found.to_register;
 }
 
 PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {

@@ -133,8 +133,17 @@ double denseMarginOf(const Evidence& e) {
   return std::max(kLeastDenseMargin, margin);
 }
 
+/// Local features ask neither classes nor gravity: a pose that they say far more clearly than any
+/// other is likelier right, one of several is likelier wrong. It is bounded: corridors repeat, and
+/// rooms of one mould have corners alike.
+double oddsOfFeatures(const Statistics& s) {
+  constexpr double kMost = 1.5, kEvenMargin = 2;
+  if (!s.feature_margin) return 0;
+  return kMost * std::clamp(std::log2(*s.feature_margin / kEvenMargin), -1.0, 1.0);
+}
+
 double oddsOf(const Statistics& s, const VerdictModel& model) {
-  return model.weightsFor(s).logOdds(termsOf(s));
+  return model.weightsFor(s).logOdds(termsOf(s)) + oddsOfFeatures(s);
 }
 
 /// The statistics without dense evidence, as if nothing had been registered.
@@ -347,6 +356,7 @@ Statistics statisticsOf(const Evidence& e) {
   s.map_coverage = std::clamp(e.map_coverage, kLeast, 1.0);
   s.dense = e.dense;
   s.sigma_m = e.sigma_m;
+  s.feature_margin = e.feature_margin;
   if (s.dense.registered()) s.dense_margin = denseMarginOf(e);
   return s;
 }

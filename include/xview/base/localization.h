@@ -207,6 +207,9 @@ struct Statistics {
   /// usual map where none were measured.
   double wrong_place_above_null = kUsualWrongPlaceAboveNull;
   double wrong_place_miss_ratio = kUsualWrongPlaceMissRatio;
+  /// How much more of the surfaces of the query lie on those of the map at the pose that local
+  /// features say than at any other that they say, as a ratio >= 1. Set if that is the pose.
+  std::optional<double> feature_margin;
   double sigma_m = 0;  ///< largest standard deviation of the registered position in the plane, in
                        ///< canonical lengths; 0 = not known
 };
