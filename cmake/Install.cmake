@@ -35,7 +35,7 @@ if(NOT BUILD_SHARED_LIBS)
   set(pc_libs -Wl,--start-group ${pc_layers} -Wl,--end-group
     -lSQLiteCpp -lsqlite3 -ldeflate -lexpat -lzstd -llz4 -lbz2 -lopencv_imgproc -lopencv_core
     -lceres -lglog -lgflags -lspqr -lcholmod -lamd -lcamd -lccolamd -lcolamd -lsuitesparseconfig -lcxsparse -llapack -lblas
-    -lpcl_registration -lpcl_features -lpcl_filters -lpcl_sample_consensus -lpcl_segmentation -lpcl_search -lpcl_kdtree -lpcl_octree
+    -lpcl_registration -lpcl_filters -lpcl_sample_consensus -lpcl_segmentation -lpcl_search -lpcl_kdtree -lpcl_octree
     -lyaml-cpp -lfmt -ltbb)
 endif()
 list(APPEND pc_libs -lpcl_common)

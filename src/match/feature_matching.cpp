@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "match/feature_matching.h"
 
-#include <pcl/features/fpfh_omp.h>
-#include <pcl/features/normal_3d_omp.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_types.h>
-#include <pcl/search/kdtree.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -15,7 +12,9 @@
 
 #include "base/parallel.h"
 #include "match/consistency.h"
+#include "match/point_features.h"
 #include "place/lift.h"
+#include "process/module.h"
 #include "xview/base/budget.h"
 
 namespace xview::match {
@@ -23,7 +22,7 @@ namespace {
 
 using NormalCloud = pcl::PointCloud<pcl::PointNormal>;
 using Features = pcl::PointCloud<pcl::FPFHSignature33>;
-using PointTree = pcl::search::KdTree<pcl::PointNormal>;
+using PointTree = pcl::KdTreeFLANN<pcl::PointNormal>;
 
 /// In sides of a voxel: radii of normals and features, how far points may lie from their partners
 /// at first and at last, and how well two matches must agree in length.
@@ -40,13 +39,24 @@ constexpr double kTurnedAway = 0.7;  ///< least cosine between normals of partne
 constexpr double kPartner = 1.5, kOnPlane = 0.25, kFacesAlike = 0.85;
 constexpr double kFewNormals = 0.02;  ///< share of a query that says little about a direction
 
-/// One point per voxel.
-pcl::PointCloud<pcl::PointXYZ>::Ptr thinned(const LabelledCloud& cloud, double voxel) {
+/// One point per voxel, without normals.
+NormalCloud thinned(const LabelledCloud& cloud, double voxel) {
   LabelledCloud of_one_class = cloud;
   for (Point& p : of_one_class.points) p.label = 0;
-  const pcl::PointCloud<pcl::PointXYZ>::Ptr thin(new pcl::PointCloud<pcl::PointXYZ>);
-  for (const Point& p : thinByVoxel(of_one_class, voxel).points) thin->push_back({p.x, p.y, p.z});
+  NormalCloud thin;
+  for (const Point& p : thinByVoxel(of_one_class, voxel).points) {
+    thin.emplace_back();
+    thin.back().x = p.x;
+    thin.back().y = p.y;
+    thin.back().z = p.z;
+  }
   return thin;
+}
+
+/// PCL's features bring many libraries along, which most queries do not need.
+template <class Function>
+Function ofModule(const char* name) {
+  return reinterpret_cast<Function>(moduleFunction("xview_features", name, "local features"));
 }
 
 /// Of each feature the nearest one among others.
@@ -81,53 +91,35 @@ FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
   content->origin = cloud.origin;
   content->threads = threads;
   askBudget("local features");
-  const auto thin = thinned(cloud, voxel);
-  pcl::PointCloud<pcl::Normal> normals;
-  pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> normal(threads_of_pcl);
-  normal.setInputCloud(thin);
-  normal.setRadiusSearch(kNormalRadius * voxel);
-  if (!thin->empty()) normal.compute(normals);
-  for (std::size_t i = 0; i < thin->size(); ++i) {
-    const pcl::Normal& n = normals[i];
-    if (!std::isfinite(n.normal_x)) continue;
-    const pcl::PointXYZ& p = (*thin)[i];
-    const Eigen::Vector3d at(p.x, p.y, p.z), along(n.normal_x, n.normal_y, n.normal_z);
+  static const auto find_normals = ofModule<decltype(&xviewNormals)>("xviewNormals");
+  static const auto describe = ofModule<decltype(&xviewPointFeatures)>("xviewPointFeatures");
+  NormalCloud thin = thinned(cloud, voxel);
+  if (!thin.empty()) find_normals(kNormalRadius * voxel, threads_of_pcl, thin);
+  for (pcl::PointNormal& p : thin) {
+    if (!std::isfinite(p.normal_x)) continue;
+    const Eigen::Vector3d at(p.x, p.y, p.z), along(p.normal_x, p.normal_y, p.normal_z);
     Eigen::Vector3d towards = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& eye : view_points) {
       const Eigen::Vector3d ray = eye - cloud.origin - at;
       if (towards.isZero() || ray.squaredNorm() < towards.squaredNorm()) towards = ray;
     }
-    const float side = towards.dot(along) < 0 ? -1 : 1;
-    pcl::PointNormal point;
-    point.x = p.x;
-    point.y = p.y;
-    point.z = p.z;
-    point.normal_x = side * n.normal_x;
-    point.normal_y = side * n.normal_y;
-    point.normal_z = side * n.normal_z;
-    content->points->push_back(point);
+    if (towards.dot(along) < 0) {
+      p.normal_x *= -1;
+      p.normal_y *= -1;
+      p.normal_z *= -1;
+    }
+    content->points->push_back(p);
   }
   if (!content->points->empty()) {
+    describe(*content->points, kFeatureRadius * voxel, threads_of_pcl, *content->features);
     content->tree->setInputCloud(content->points);
-    pcl::FPFHEstimationOMP<pcl::PointNormal, pcl::PointNormal, pcl::FPFHSignature33> fpfh(
-        threads_of_pcl);
-    fpfh.setInputCloud(content->points);
-    fpfh.setInputNormals(content->points);
-    fpfh.setSearchMethod(content->tree);
-    fpfh.setRadiusSearch(kFeatureRadius * voxel);
-    fpfh.compute(*content->features);
-    for (pcl::FPFHSignature33& f : *content->features) {
-      for (float& bin : f.histogram) {
-        if (!std::isfinite(bin)) bin = 0;
-      }
-    }
     content->feature_tree.setInputCloud(content->features);
   }
   content_ = std::move(content);
 }
 
 std::size_t voxelCount(const LabelledCloud& cloud, double voxel) {
-  return thinned(cloud, voxel)->size();
+  return thinned(cloud, voxel).size();
 }
 
 FeatureCloud::~FeatureCloud() = default;
