@@ -46,6 +46,7 @@ const match::FeatureCloud* FeatureIndex::ofMap() const {
 }
 
 bool FeatureIndex::takes(const Query& query) const {
+  if (map_.size == kTownScale && query.sensor != Sensor::cloud) return false;
   if (query.cloud.empty() || query.cloud.size() > kMostPoints) return false;
   const match::FeatureCloud* of_map = ofMap();
   return of_map && match::voxelCount(query.cloud, of_map->voxel()) <= kMostVoxels;

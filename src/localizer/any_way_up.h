@@ -20,7 +20,7 @@ class FeatureIndex {
   FeatureIndex(const map::SemanticMap& map, int threads) : map_(map), threads_(threads) {}
 
   /// Whether the query is asked: both have points, and neither has more surface than some rooms,
-  /// which bounds the time.
+  /// which bounds the time; in towns only clouds, of which nobody knows how they lie.
   bool takes(const Query& query) const;
   /// Poses of six degrees of freedom of a query that it takes, the likeliest first. `mirrored`: of
   /// its mirror image. Thread-safe.
