@@ -14,7 +14,7 @@ namespace {
 
 /// Side of a voxel, in canonical lengths: 10 cm in a room. Where the map has more of them than
 /// kMostVoxels they are larger, kLargest at most.
-constexpr double kVoxel_m = 0.4, kLargest_m = 0.8, kCoarser = 1.26;
+constexpr double kVoxel_m = 0.4, kLargest_m = 0.81, kCoarser = 1.26;
 constexpr std::size_t kMostVoxels = 13000, kMostPoints = 300000;
 constexpr std::size_t kMostPoses = 3;
 constexpr double kLeastOnMap = 0.05;   ///< a pose with less is none (FeaturePose::share)
@@ -91,6 +91,7 @@ Query standingQuery(const Query& given, const Eigen::Vector3d& up, const Options
   Options sized = options;
   sized.size = sizeText(query.size);
   sized.odometry.check = false;
+  sized.graph_space = "cloud";
   PlaceBuilder builder(query.labels, sized, PlaceUse::query, 1);
   builder.setGravity(query.gravity);
   builder.add(preprocessFrame(std::move(frame), query.labels, sized));

@@ -448,16 +448,19 @@ void Localizer::askFeatures(const Query& query, const PlaceIndex& index,
   const Query standing = standingQuery(query, up, options_);
   Localization other = inMetres(index.localize(*inMap(standing), nullptr, poses), size_);
   lap("standing");
-  if (!other.statistics.feature_margin || other.confidence <= answer.confidence) return;
-  if (other.accepted()) {
-    const auto mirrored = index.feature_index.propose(*in_map, true);
-    if (!mirrored.empty() && mirrored[0].share > poses[0].share)
-      verdict::refuse(ReasonCode::contradicted,
-                      "the mirror image of the query fits the map more closely than the query: "
-                      "its frame may be left-handed",
-                      other);
-    lap("mirror");
-  }
+  if (!other.statistics.feature_margin || !other.accepted()) return;
+  const auto mirrored = index.feature_index.propose(*in_map, true);
+  if (!mirrored.empty() && mirrored[0].share > poses[0].share)
+    verdict::refuse(ReasonCode::contradicted,
+                    "the mirror image of the query fits the map more closely than the query: its "
+                    "frame may be left-handed",
+                    other);
+  lap("mirror");
+  // They are pairs of vertices of a graph that the caller does not have.
+  other.kept.clear();
+  other.putative.clear();
+  other.matches = other.inliers = other.hypotheses[0].inliers = 0;
+  other.vertices = answer.vertices;
   other.timing_ms = std::move(answer.timing_ms);
   answer = std::move(other);
 }

@@ -86,7 +86,6 @@ FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
                            const std::vector<Eigen::Vector3d>& view_points, double voxel,
                            int threads)
     : voxel_(voxel) {
-  const auto threads_of_pcl = static_cast<unsigned>(std::max(0, threads));
   auto content = std::make_unique<Content>();
   content->origin = cloud.origin;
   content->threads = threads;
@@ -94,7 +93,7 @@ FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
   static const auto find_normals = ofModule<decltype(&xviewNormals)>("xviewNormals");
   static const auto describe = ofModule<decltype(&xviewPointFeatures)>("xviewPointFeatures");
   NormalCloud thin = thinned(cloud, voxel);
-  if (!thin.empty()) find_normals(kNormalRadius * voxel, threads_of_pcl, thin);
+  if (!thin.empty()) find_normals(kNormalRadius * voxel, thin);
   for (pcl::PointNormal& p : thin) {
     if (!std::isfinite(p.normal_x)) continue;
     const Eigen::Vector3d at(p.x, p.y, p.z), along(p.normal_x, p.normal_y, p.normal_z);
@@ -111,7 +110,7 @@ FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
     content->points->push_back(p);
   }
   if (!content->points->empty()) {
-    describe(*content->points, kFeatureRadius * voxel, threads_of_pcl, *content->features);
+    describe(*content->points, kFeatureRadius * voxel, *content->features);
     content->tree->setInputCloud(content->points);
     content->feature_tree.setInputCloud(content->features);
   }
@@ -229,6 +228,7 @@ std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureC
     matches.query_normals.emplace_back(a.normal_x, a.normal_y, a.normal_z);
     matches.map_normals.emplace_back(b.normal_x, b.normal_y, b.normal_z);
   }
+  askBudget("local features");
   const double voxel = map.voxel();
   const std::vector<ConsistentPose> proposed =
       consistentPoses(matches, kLengthTolerance * voxel, kRefined);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "match/point_features.h"
 
-#include <pcl/features/fpfh_omp.h>
-#include <pcl/features/normal_3d_omp.h>
+#include <pcl/features/fpfh.h>
+#include <pcl/features/normal_3d.h>
 
 #include <cmath>
 
-void xviewNormals(double radius, unsigned int threads, pcl::PointCloud<pcl::PointNormal>& points) {
-  pcl::NormalEstimationOMP<pcl::PointNormal, pcl::PointNormal> normal(threads);
+void xviewNormals(double radius, pcl::PointCloud<pcl::PointNormal>& points) {
+  pcl::NormalEstimation<pcl::PointNormal, pcl::PointNormal> normal;
   normal.setInputCloud(points.makeShared());
   normal.setRadiusSearch(radius);
   pcl::PointCloud<pcl::PointNormal> normals;
@@ -20,9 +20,9 @@ void xviewNormals(double radius, unsigned int threads, pcl::PointCloud<pcl::Poin
 }
 
 void xviewPointFeatures(const pcl::PointCloud<pcl::PointNormal>& points, double radius,
-                        unsigned int threads, pcl::PointCloud<pcl::FPFHSignature33>& features) {
+                        pcl::PointCloud<pcl::FPFHSignature33>& features) {
   const pcl::PointCloud<pcl::PointNormal>::ConstPtr shared = points.makeShared();
-  pcl::FPFHEstimationOMP<pcl::PointNormal, pcl::PointNormal, pcl::FPFHSignature33> fpfh(threads);
+  pcl::FPFHEstimation<pcl::PointNormal, pcl::PointNormal, pcl::FPFHSignature33> fpfh;
   fpfh.setInputCloud(shared);
   fpfh.setInputNormals(shared);
   fpfh.setRadiusSearch(radius);

@@ -4,11 +4,9 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-/// The function of the module xview_features: normals of points by their neighbours within a
-/// radius, which point either way and are NaN where there are too few, or, with them, a Fast Point
-/// Feature Histogram of each point. Deterministic for any number of threads (0 = all cores).
-extern "C" void xviewNormals(double radius, unsigned int threads,
-                             pcl::PointCloud<pcl::PointNormal>& points);
+/// The functions of the module xview_features: normals of points by their neighbours within a
+/// radius, NaN where there are too few, and, with them, a Fast Point Feature Histogram of each
+/// point. On one thread: what runs out of memory in a thread of OpenMP ends the program.
+extern "C" void xviewNormals(double radius, pcl::PointCloud<pcl::PointNormal>& points);
 extern "C" void xviewPointFeatures(const pcl::PointCloud<pcl::PointNormal>& points, double radius,
-                                   unsigned int threads,
                                    pcl::PointCloud<pcl::FPFHSignature33>& features);
