@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "localizer/any_way_up.h"
 
-#include <cmath>
 #include <utility>
 
 #include "map/contents.h"

@@ -15,6 +15,7 @@
 #include "localizer/localizer_index.h"
 #include "localizer/query_in_map.h"
 #include "map/contents.h"
+#include "match/consistency.h"
 #include "place/raw_recording.h"
 #include "place/sound_input.h"
 #include "pose/trajectory.h"
@@ -33,6 +34,7 @@ constexpr std::size_t kVerified = 2;    ///< places whose correspondences are lo
 constexpr double kPartnerReach_m = 5;  ///< from a vertex to its partner under a hypothesis, at most
 constexpr double kOutOfMapOverlap = 0.1;  ///< map overlap of an out-of-map query, at most
 constexpr double kExact_m = 0.05;         ///< depth error below which rays tell free space
+constexpr double kAtFeatures_m = 1;  ///< between what is registered and the pose of local features
 constexpr double kOnePlace_m =
     4;  ///< travel below which a query has one view-point, in canonical lengths
 constexpr double kSureOfPrior =
@@ -50,13 +52,6 @@ const std::vector<Correspondence>& pairsAt(std::size_t place, const Candidates& 
 template <class Value>
 void moveToFront(std::size_t at, std::vector<Value>& values) {
   if (at < values.size()) std::rotate(values.begin(), values.begin() + at, values.begin() + at + 1);
-}
-
-/// Whether two poses of a query differ by less than what a registration mends.
-bool isOnePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Query& query) {
-  constexpr double kNear_m = 1, kNear_rad = 0.15;
-  const Eigen::Vector3d middle = middleOf(query);
-  return (a * middle - b * middle).norm() < kNear_m && rotationBetween(a, b) < kNear_rad;
 }
 
 /// See Statistics::feature_margin.
@@ -169,8 +164,10 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
 
   verdict::Evidence evidence = evidenceOf(found, registered);
   evidence.travel_m = map.size * travelOf(*query);  // for words, in lengths of the place
+  // What is nearer is what a registration mends.
   if (!features.empty() && !registered.places.empty() &&
-      isOnePlace(T_by_features, registered.places[0].T_map_query * registered.turn, *query))
+      match::isOnePose(T_by_features, registered.places[0].T_map_query * registered.turn,
+                       middleOf(*query), kAtFeatures_m))
     evidence.feature_margin = marginOf(features);
   evidence.second_best_distance_m *= map.size;
   evidence.vertices = answer.vertices =

@@ -149,10 +149,12 @@ std::size_t countClose(const std::vector<search::PlaceHypothesis>& places) {
 
 void addProposed(const Eigen::Isometry3d& T_map_query, Candidates& found) {
   if (!found.in_field) return;
-  constexpr double kClose = 0.5;  ///< share of the best score from which the runner-up is asked
   const search::PlaceHypothesis place = found.in_field->verify(T_map_query);
   std::vector<search::PlaceHypothesis>& places = found.places;
-  if (found.to_register == 1 && places.size() > 1 && places[1].score() > kClose * places[0].score())
+  verdict::Evidence alone;  // of the search
+  alone.score = places.empty() ? 0 : places[0].score();
+  alone.runner_up = places.size() > 1 ? places[1].score() : 0;
+  if (found.to_register == 1 && places.size() > 1 && alone.secondBestIsClose())
     found.to_register = 2;
   auto at = std::find_if(places.begin(), places.end(), [&](const search::PlaceHypothesis& other) {
     return (other.T_map_query.translation() - place.T_map_query.translation()).norm() <

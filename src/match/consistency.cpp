@@ -340,15 +340,7 @@ std::vector<ConsistentPose> consistentPoses(const MatchedPoints& given, double t
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : matches.query) middle += p;
   middle /= static_cast<double>(matches.size());
-  std::vector<ConsistentPose> distinct;
-  for (const ConsistentPose& pose : poses) {
-    const auto is_one = [&](const ConsistentPose& other) {
-      return isOnePose(pose.T_map_query, other.T_map_query, middle, kOnePose * tolerance_m);
-    };
-    if (distinct.size() < most && std::none_of(distinct.begin(), distinct.end(), is_one))
-      distinct.push_back(pose);
-  }
-  return distinct;
+  return distinctPoses(poses, middle, kOnePose * tolerance_m, most);
 }
 
 }  // namespace xview::match

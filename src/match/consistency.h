@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -41,6 +42,20 @@ struct ConsistentPose {
 /// Whether two poses put a point of the query within `near` of one place, turned alike.
 bool isOnePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& point,
                double near);
+/// The first `most` of sorted poses that differ from all before them.
+template <class Pose>
+std::vector<Pose> distinctPoses(const std::vector<Pose>& sorted, const Eigen::Vector3d& point,
+                                double near, std::size_t most) {
+  std::vector<Pose> distinct;
+  for (const Pose& pose : sorted) {
+    const auto is_one = [&](const Pose& other) {
+      return isOnePose(pose.T_map_query, other.T_map_query, point, near);
+    };
+    if (distinct.size() < most && std::none_of(distinct.begin(), distinct.end(), is_one))
+      distinct.push_back(pose);
+  }
+  return distinct;
+}
 
 /// Poses of six degrees of freedom that explain matches of which most are wrong, those with most
 /// support first; `most` at most, each at another place than those before it. Two matches agree if

@@ -122,9 +122,6 @@ std::size_t voxelCount(const LabelledCloud& cloud, double voxel) {
 }
 
 FeatureCloud::~FeatureCloud() = default;
-FeatureCloud::FeatureCloud(FeatureCloud&&) noexcept = default;
-
-std::size_t FeatureCloud::size() const { return content_->points->size(); }
 
 namespace {
 
@@ -243,14 +240,7 @@ std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureC
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const pcl::PointNormal& p : *q.points) middle += Eigen::Vector3d(p.x, p.y, p.z);
   middle /= static_cast<double>(q.points->size());
-  std::vector<FeaturePose> distinct;
-  for (const FeaturePose& pose : poses) {
-    const auto is_one = [&](const FeaturePose& other) {
-      return isOnePose(pose.T_map_query, other.T_map_query, middle, kSamePose * voxel);
-    };
-    if (distinct.size() < most && std::none_of(distinct.begin(), distinct.end(), is_one))
-      distinct.push_back(pose);
-  }
+  std::vector<FeaturePose> distinct = distinctPoses(poses, middle, kSamePose * voxel, most);
   const Eigen::Translation3d from_origin(m.origin), to_origin(-q.origin);
   for (FeaturePose& pose : distinct) pose.T_map_query = from_origin * pose.T_map_query * to_origin;
   return distinct;

@@ -35,9 +35,7 @@ class FeatureCloud {
   FeatureCloud(const LabelledCloud& cloud, const std::vector<Eigen::Vector3d>& view_points,
                double voxel, int threads);
   ~FeatureCloud();
-  FeatureCloud(FeatureCloud&&) noexcept;
 
-  std::size_t size() const;  ///< voxels
   double voxel() const { return voxel_; }
 
  private:
