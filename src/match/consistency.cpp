@@ -181,7 +181,7 @@ class Draws {
 /// Poses around single matches.
 class Seeds {
  public:
-  Seeds(const MatchedPoints& matches, double tolerance_m)
+  Seeds(const std::vector<PointMatch>& matches, double tolerance_m)
       : m_(matches), tolerance_m_(tolerance_m), agreement_(matches.size()) {
     votes_.assign(m_.size(), 0);
     for (std::size_t b = 1; b < m_.size(); ++b) {
@@ -230,19 +230,19 @@ class Seeds {
 
  private:
   bool agree(std::size_t a, std::size_t b) const {
-    const double in_query = (m_.query[b] - m_.query[a]).norm();
-    const double in_map = (m_.map[b] - m_.map[a]).norm();
+    const double in_query = (m_[b].query - m_[a].query).norm();
+    const double in_map = (m_[b].map - m_[a].map).norm();
     if (in_query < kLeastApart * tolerance_m_ || std::abs(in_query - in_map) > tolerance_m_)
       return false;
-    return std::abs(std::abs(m_.query_normals[a].dot(m_.query_normals[b])) -
-                    std::abs(m_.map_normals[a].dot(m_.map_normals[b]))) <= kAnglesDiffer;
+    return std::abs(std::abs(m_[a].query_normal.dot(m_[b].query_normal)) -
+                    std::abs(m_[a].map_normal.dot(m_[b].map_normal))) <= kAnglesDiffer;
   }
 
   Eigen::Isometry3d fitted(const std::vector<std::size_t>& used) const {
     Eigen::Matrix3Xd source(3, used.size()), target(3, used.size());
     for (std::size_t k = 0; k < used.size(); ++k) {
-      source.col(static_cast<Eigen::Index>(k)) = m_.query[used[k]];
-      target.col(static_cast<Eigen::Index>(k)) = m_.map[used[k]];
+      source.col(static_cast<Eigen::Index>(k)) = m_[used[k]].query;
+      target.col(static_cast<Eigen::Index>(k)) = m_[used[k]].map;
     }
     return Eigen::Isometry3d(Eigen::umeyama(source, target, false));
   }
@@ -250,32 +250,18 @@ class Seeds {
   std::vector<std::size_t> supporters(const Eigen::Isometry3d& T) const {
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < m_.size(); ++i) {
-      if ((T * m_.query[i] - m_.map[i]).norm() < 1.5 * tolerance_m_ &&
-          std::abs((T.linear() * m_.query_normals[i]).dot(m_.map_normals[i])) > kNormalsAgree)
+      if ((T * m_[i].query - m_[i].map).norm() < 1.5 * tolerance_m_ &&
+          std::abs((T.linear() * m_[i].query_normal).dot(m_[i].map_normal)) > kNormalsAgree)
         found.push_back(i);
     }
     return found;
   }
 
-  const MatchedPoints& m_;
+  const std::vector<PointMatch>& m_;
   double tolerance_m_;
   Agreement agreement_;
   std::vector<std::int64_t> votes_;
 };
-
-/// An even share of the matches.
-MatchedPoints evenShare(const MatchedPoints& matches, std::size_t most) {
-  const std::size_t count = std::min(most, matches.size());
-  MatchedPoints share;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = k * matches.size() / count;
-    share.query.push_back(matches.query[i]);
-    share.map.push_back(matches.map[i]);
-    share.query_normals.push_back(matches.query_normals[i]);
-    share.map_normals.push_back(matches.map_normals[i]);
-  }
-  return share;
-}
 
 /// Finite correspondences by query vertex, at most kMostCorrespondences.
 std::vector<Correspondence> firstOfEachVertex(const Points& query, const Points& map,
@@ -325,9 +311,9 @@ bool isOnePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eig
   return (a * point - b * point).norm() < near && rotationBetween(a, b) < kOnePose_rad;
 }
 
-std::vector<ConsistentPose> consistentPoses(const MatchedPoints& given, double tolerance_m,
-                                            std::size_t most) {
-  const MatchedPoints matches = evenShare(given, kMostCorrespondences);
+std::vector<ConsistentPose> consistentPoses(const std::vector<PointMatch>& given,
+                                            double tolerance_m, std::size_t most) {
+  const std::vector<PointMatch> matches = evenShare(given, kMostCorrespondences);
   if (matches.size() < kFewestSupporters) return {};
   const Seeds seeds(matches, tolerance_m);
   std::vector<ConsistentPose> poses;
@@ -338,7 +324,7 @@ std::vector<ConsistentPose> consistentPoses(const MatchedPoints& given, double t
       poses.begin(), poses.end(),
       [](const ConsistentPose& a, const ConsistentPose& b) { return a.support > b.support; });
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : matches.query) middle += p;
+  for (const PointMatch& match : matches) middle += match.query;
   middle /= static_cast<double>(matches.size());
   return distinctPoses(poses, middle, kOnePose * tolerance_m, most);
 }

@@ -25,13 +25,20 @@ std::vector<Correspondence> consistentCorrespondences(
     const std::vector<Eigen::Vector3d>& query, const std::vector<Eigen::Vector3d>& map,
     const std::vector<Correspondence>& correspondences, double tolerance_m, bool upright);
 
-/// Points of a query and those of a map that they are taken for, in the same order, with the unit
-/// normals of their surfaces, on either side.
-struct MatchedPoints {
-  std::vector<Eigen::Vector3d> query, map, query_normals, map_normals;
-
-  std::size_t size() const { return query.size(); }
+/// A point of a query and that of a map for which it is taken, with the unit normals of their
+/// surfaces, on either side.
+struct PointMatch {
+  Eigen::Vector3d query, map, query_normal, map_normal;
 };
+
+/// An even share of a list or cloud.
+template <class Points>
+Points evenShare(const Points& all, std::size_t most) {
+  Points share;
+  const std::size_t count = std::min(most, all.size());
+  for (std::size_t k = 0; k < count; ++k) share.push_back(all[k * all.size() / count]);
+  return share;
+}
 
 /// A pose that some matches agree about.
 struct ConsistentPose {
@@ -63,7 +70,7 @@ std::vector<Pose> distinctPoses(const std::vector<Pose>& sorted, const Eigen::Ve
 /// the same angle. Around each of those matches that most pairs speak for, the ones that share most
 /// agreeing matches with it make a pose (SC2-PCR, as above), which is fitted to its supporters. Of
 /// more than 3000 matches an even share takes part. Nothing is random.
-std::vector<ConsistentPose> consistentPoses(const MatchedPoints& matches, double tolerance_m,
-                                            std::size_t most);
+std::vector<ConsistentPose> consistentPoses(const std::vector<PointMatch>& matches,
+                                            double tolerance_m, std::size_t most);
 
 }  // namespace xview::match

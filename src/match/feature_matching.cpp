@@ -29,15 +29,19 @@ using PointTree = pcl::KdTreeFLANN<pcl::PointNormal>;
 constexpr double kNormalRadius = 2.5, kFeatureRadius = 5.5;
 constexpr double kFirstGate = 3, kLastGate = 1;
 constexpr double kLengthTolerance = 1.5;
-constexpr std::size_t kRefined = 10;      ///< poses that are refined
-constexpr double kSamePose = 3;           ///< poses that differ by less are one
-constexpr std::size_t kIcpPoints = 1500;  ///< of the query
-constexpr int kIcpIterations = 15;
+constexpr std::size_t kProposed = 10, kRefined = 5;  ///< poses, of which the likeliest are refined
+constexpr double kSamePose = 3;                      ///< poses that differ by less are one
+constexpr std::size_t kIcpPoints = 1500;             ///< of the query
+constexpr int kIcpIterations = 15, kIcpNarrowing = 9;  ///< at most, and those of wider gates
+constexpr double kIcpStill = 1e-3;   ///< a step that ends it, in sides of a voxel and radians
 constexpr double kTurnedAway = 0.7;  ///< least cosine between normals of partners in ICP
 /// What lies on a surface of the map: partner and its plane in sides of a voxel, cosine between
 /// normals.
 constexpr double kPartner = 1.5, kOnPlane = 0.25, kFacesAlike = 0.85;
 constexpr double kFewNormals = 0.02;  ///< share of a query that says little about a direction
+
+Eigen::Vector3d pointOf(const pcl::PointNormal& p) { return {p.x, p.y, p.z}; }
+Eigen::Vector3d normalOf(const pcl::PointNormal& p) { return {p.normal_x, p.normal_y, p.normal_z}; }
 
 /// One point per voxel, without normals.
 NormalCloud thinned(const LabelledCloud& cloud, double voxel) {
@@ -96,13 +100,12 @@ FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
   if (!thin.empty()) find_normals(kNormalRadius * voxel, thin);
   for (pcl::PointNormal& p : thin) {
     if (!std::isfinite(p.normal_x)) continue;
-    const Eigen::Vector3d at(p.x, p.y, p.z), along(p.normal_x, p.normal_y, p.normal_z);
     Eigen::Vector3d towards = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& eye : view_points) {
-      const Eigen::Vector3d ray = eye - cloud.origin - at;
+      const Eigen::Vector3d ray = eye - cloud.origin - pointOf(p);
       if (towards.isZero() || ray.squaredNorm() < towards.squaredNorm()) towards = ray;
     }
-    if (towards.dot(along) < 0) {
+    if (towards.dot(normalOf(p)) < 0) {
       p.normal_x *= -1;
       p.normal_y *= -1;
       p.normal_z *= -1;
@@ -125,14 +128,6 @@ FeatureCloud::~FeatureCloud() = default;
 
 namespace {
 
-/// An even share of the points.
-NormalCloud::Ptr evenShare(const NormalCloud& points, std::size_t most) {
-  NormalCloud::Ptr share(new NormalCloud);
-  const std::size_t count = std::min(most, points.size());
-  for (std::size_t k = 0; k < count; ++k) share->push_back(points[k * points.size() / count]);
-  return share;
-}
-
 /// A point of a query beside the surface of the map that is nearest to it.
 struct Partner {
   Eigen::Vector3d point, normal;  ///< of the query, where the pose puts it; of the map
@@ -147,17 +142,16 @@ void forPartners(const NormalCloud& query, const NormalCloud& map, const PointTr
   std::vector<float> squared(1);
   for (const pcl::PointNormal& q : query) {
     Partner partner;
-    partner.point = T_map_query * Eigen::Vector3d(q.x, q.y, q.z);
+    partner.point = T_map_query * pointOf(q);
     pcl::PointNormal at;
     at.x = static_cast<float>(partner.point.x());
     at.y = static_cast<float>(partner.point.y());
     at.z = static_cast<float>(partner.point.z());
     if (tree.nearestKSearch(at, 1, index, squared) == 0 || squared[0] > reach * reach) continue;
     const pcl::PointNormal& m = map[static_cast<std::size_t>(index[0])];
-    partner.normal = {m.normal_x, m.normal_y, m.normal_z};
-    partner.off_plane = partner.normal.dot(partner.point - Eigen::Vector3d(m.x, m.y, m.z));
-    const Eigen::Vector3d normal(q.normal_x, q.normal_y, q.normal_z);
-    partner.cosine = std::abs(partner.normal.dot(T_map_query.linear() * normal));
+    partner.normal = normalOf(m);
+    partner.off_plane = partner.normal.dot(partner.point - pointOf(m));
+    partner.cosine = std::abs(partner.normal.dot(T_map_query.linear() * normalOf(q)));
     visit(partner);
   }
 }
@@ -166,7 +160,7 @@ void forPartners(const NormalCloud& query, const NormalCloud& map, const PointTr
 Eigen::Isometry3d refined(const NormalCloud& query, const NormalCloud& map, const PointTree& tree,
                           double voxel, Eigen::Isometry3d T) {
   for (int round = 0; round < kIcpIterations; ++round) {
-    const double narrowed = std::min(1.0, round / (0.6 * kIcpIterations));
+    const double narrowed = std::min(1.0, static_cast<double>(round) / kIcpNarrowing);
     const double gate = voxel * kFirstGate * std::pow(kLastGate / kFirstGate, narrowed);
     Eigen::Matrix<double, 6, 6> H = 1e-6 * Eigen::Matrix<double, 6, 6>::Identity();
     Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
@@ -184,6 +178,8 @@ Eigen::Isometry3d refined(const NormalCloud& query, const NormalCloud& map, cons
     if (angle > 0) move.linear() = Eigen::AngleAxisd(angle, step.tail<3>() / angle).matrix();
     move.translation() = step.head<3>();
     T = move * T;
+    if (round >= kIcpNarrowing && step.head<3>().norm() < kIcpStill * voxel && angle < kIcpStill)
+      break;
   }
   return T;
 }
@@ -197,7 +193,7 @@ double shareOnMap(const Eigen::Isometry3d& T, const NormalCloud& query, const No
       on_map += partner.normal * partner.normal.transpose();
   });
   for (const pcl::PointNormal& q : query) {
-    const Eigen::Vector3d n = T.linear() * Eigen::Vector3d(q.normal_x, q.normal_y, q.normal_z);
+    const Eigen::Vector3d n = T.linear() * normalOf(q);
     all += n * n.transpose();
   }
   const double few = kFewNormals * static_cast<double>(query.size());
@@ -214,31 +210,35 @@ std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureC
   if (q.points->empty() || m.points->empty()) return {};
   const std::vector<int> in_map = nearestOf(*q.features, m.feature_tree, q.threads);
   const std::vector<int> in_query = nearestOf(*m.features, q.feature_tree, q.threads);
-  MatchedPoints matches;
+  std::vector<PointMatch> matches;
   for (std::size_t i = 0; i < in_map.size(); ++i) {
     if (in_map[i] < 0 || in_query[static_cast<std::size_t>(in_map[i])] != static_cast<int>(i))
       continue;
     const pcl::PointNormal &a = (*q.points)[i],
                            &b = (*m.points)[static_cast<std::size_t>(in_map[i])];
-    matches.query.emplace_back(a.x, a.y, a.z);
-    matches.map.emplace_back(b.x, b.y, b.z);
-    matches.query_normals.emplace_back(a.normal_x, a.normal_y, a.normal_z);
-    matches.map_normals.emplace_back(b.normal_x, b.normal_y, b.normal_z);
+    matches.push_back({pointOf(a), pointOf(b), normalOf(a), normalOf(b)});
   }
   askBudget("local features");
   const double voxel = map.voxel();
-  const std::vector<ConsistentPose> proposed =
-      consistentPoses(matches, kLengthTolerance * voxel, kRefined);
-  const NormalCloud::Ptr share = evenShare(*q.points, kIcpPoints);
-  std::vector<FeaturePose> poses(proposed.size());
-  parallelFor(proposed.size(), q.threads, [&](std::size_t i) {
-    const Eigen::Isometry3d T = refined(*share, *m.points, *m.tree, voxel, proposed[i].T_map_query);
-    poses[i] = {T, shareOnMap(T, *q.points, *m.points, *m.tree, voxel)};
+  const NormalCloud share = evenShare(*q.points, kIcpPoints);
+  std::vector<FeaturePose> poses;
+  for (const ConsistentPose& p : consistentPoses(matches, kLengthTolerance * voxel, kProposed))
+    poses.push_back({p.T_map_query, 0});
+  const auto sortByShareOf = [&](const NormalCloud& points) {
+    parallelFor(poses.size(), q.threads, [&](std::size_t i) {
+      poses[i].share = shareOnMap(poses[i].T_map_query, points, *m.points, *m.tree, voxel);
+    });
+    std::stable_sort(poses.begin(), poses.end(),
+                     [](const FeaturePose& a, const FeaturePose& b) { return a.share > b.share; });
+  };
+  sortByShareOf(share);
+  poses.resize(std::min(poses.size(), kRefined));
+  parallelFor(poses.size(), q.threads, [&](std::size_t i) {
+    poses[i].T_map_query = refined(share, *m.points, *m.tree, voxel, poses[i].T_map_query);
   });
-  std::stable_sort(poses.begin(), poses.end(),
-                   [](const FeaturePose& a, const FeaturePose& b) { return a.share > b.share; });
+  sortByShareOf(*q.points);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const pcl::PointNormal& p : *q.points) middle += Eigen::Vector3d(p.x, p.y, p.z);
+  for (const pcl::PointNormal& p : *q.points) middle += pointOf(p);
   middle /= static_cast<double>(q.points->size());
   std::vector<FeaturePose> distinct = distinctPoses(poses, middle, kSamePose * voxel, most);
   const Eigen::Translation3d from_origin(m.origin), to_origin(-q.origin);

@@ -120,14 +120,15 @@ TEST(ConsistentPoses, AreThoseWithMostSupport) {
   Eigen::Isometry3d first(Eigen::AngleAxisd(2, Vector3d(1, 2, -1).normalized()));
   first.translation() = Vector3d(4, 5, 6);
   Eigen::Isometry3d second(Eigen::AngleAxisd(-1, Vector3d(0, 1, 1).normalized()));
-  MatchedPoints matches;
+  const auto anyNormal = [&] { return (anywhere() - Vector3d(4.5, 4.5, 4.5)).normalized(); };
+  std::vector<PointMatch> matches;
   for (int i = 0; i < 430; ++i) {
-    matches.query.push_back(anywhere());
-    matches.query_normals.push_back((anywhere() - Vector3d(4.5, 4.5, 4.5)).normalized());
-    const Eigen::Isometry3d* T = i % 14 == 0 ? &first : i % 20 == 1 ? &second : nullptr;
-    matches.map.push_back(T ? *T * matches.query.back() : anywhere());
-    matches.map_normals.push_back(T ? T->linear() * matches.query_normals.back()
-                                    : (anywhere() - Vector3d(4.5, 4.5, 4.5)).normalized());
+    PointMatch match{anywhere(), anywhere(), anyNormal(), anyNormal()};
+    if (const Eigen::Isometry3d* T = i % 14 == 0 ? &first : i % 20 == 1 ? &second : nullptr) {
+      match.map = *T * match.query;
+      match.map_normal = T->linear() * match.query_normal;
+    }
+    matches.push_back(match);
   }
   const auto poses = consistentPoses(matches, 0.1, 2);
   ASSERT_EQ(poses.size(), 2u);
