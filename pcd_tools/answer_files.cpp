@@ -243,10 +243,8 @@ void AnswerFiles::explain(const Answer& answer, const Query& query,
   on_page_.push_back(std::move(shown));
 }
 
-void AnswerFiles::writePage(map::SemanticMap map, const Job& job) const {
-  map::unpackPoints(map);
-  map::unpackView(map);
-  map::unpackVertices(map);
+void AnswerFiles::writePage(const map::SemanticMap& packed, const Job& job) const {
+  const map::SemanticMap map = map::unpacked(packed);
   Scene scene = sceneOf(map);
   scene.queries = on_page_;
   scene.title = outcomeOf(on_page_);

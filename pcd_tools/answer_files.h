@@ -56,7 +56,7 @@ class AnswerFiles {
   /// Where a file about this QUERY goes; empty if it was not asked for.
   std::string pathOf(const std::string& flag, const char* ending) const;
   void explain(const Answer& answer, const Query& query, const Explanation& explanation);
-  void writePage(map::SemanticMap map, const Job& job) const;
+  void writePage(const map::SemanticMap& map, const Job& job) const;
 
   std::string explain_, tum_, trajectory_, matrix_, initial_pose_, sensor_base_;
   bool are_several_ = false;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/pose.h"
+#include "map/contents.h"
 #include "tool.h"
 #include "xview/base/error.h"
 #include "xview/base/semantic_place.h"
@@ -23,17 +24,17 @@ using Poses = std::vector<Eigen::Isometry3d>;
 
 /// Class and place to the millimetre.
 using Spot = std::tuple<std::uint32_t, long long, long long, long long>;
-std::set<Spot> spotsOf(const SemanticGraph& graph) {
+std::set<Spot> spotsOf(const map::SemanticMap& map) {
   std::set<Spot> spots;
-  for (const Vertex& v : graph.vertices) {
+  map::allVertices(map).forEach([&](std::uint32_t, const Vertex& v) {
     const auto mm = [&](int axis) { return std::llround(1e3 * v.position[axis]); };
     spots.emplace(v.label, mm(0), mm(1), mm(2));
-  }
+  });
   return spots;
 }
 
-/// So much of the things stands in the other graph, to the millimetre.
-bool areSameObjects(const SemanticGraph& addition, const SemanticGraph& map, double share) {
+/// So much of the things stands in the other map, to the millimetre.
+bool areSameObjects(const map::SemanticMap& addition, const map::SemanticMap& map, double share) {
   const std::set<Spot> added = spotsOf(addition), there = spotsOf(map);
   const auto common = std::count_if(added.begin(), added.end(),
                                     [&](const Spot& spot) { return there.count(spot) > 0; });
@@ -43,10 +44,9 @@ bool areSameObjects(const SemanticGraph& addition, const SemanticGraph& map, dou
 
 bool isInAlready(const map::SemanticMap& map, const map::SemanticMap& addition) {
   constexpr double kExact_m = 1e-3;
-  if (addition.poses.empty()) return areSameObjects(addition.graph, map.graph, 0.9);
+  if (addition.poses.empty()) return areSameObjects(addition, map, 0.9);
   if (holdsSameDrive(map, addition)) return true;
-  return areSamePoses(addition.poses, map.poses, kExact_m) &&
-         areSameObjects(addition.graph, map.graph, 0.5);
+  return areSamePoses(addition.poses, map.poses, kExact_m) && areSameObjects(addition, map, 0.5);
 }
 
 /// How far two recordings lie from one another, less first: how many poses of the second are as
@@ -64,14 +64,10 @@ std::pair<double, double> distanceOf(const Poses& first, const Poses& second) {
   return distance;
 }
 
-/// Between what two graphs fill [m]; 0 if one is empty.
-double gapBetween(const SemanticGraph& first, const SemanticGraph& second) {
-  const auto boxOf = [](const SemanticGraph& graph) {
-    Eigen::AlignedBox3d box;
-    for (const Vertex& v : graph.vertices) box.extend(v.position);
-    return box;
-  };
-  const Eigen::AlignedBox3d a = boxOf(first), b = boxOf(second);
+/// Between what the vertices of two maps fill [m]; 0 if one has none.
+double gapBetween(const map::SemanticMap& first, const map::SemanticMap& second) {
+  const Eigen::AlignedBox3d a = map::allVertices(first).bounds(),
+                            b = map::allVertices(second).bounds();
   return a.isEmpty() || b.isEmpty() ? 0 : a.exteriorDistance(b);
 }
 
@@ -87,7 +83,7 @@ std::string nameOf(const map::SemanticMap& addition) {
 std::optional<std::string> apartness(const map::SemanticMap& map, const std::string& map_name,
                                      const map::SemanticMap& addition) {
   constexpr double kApart_m = 100;  // parts of one map touch, or nearly so
-  const double apart_m = gapBetween(map.graph, addition.graph);
+  const double apart_m = gapBetween(map, addition);
   if (apart_m <= kApart_m) return std::nullopt;
   return fmt::format("is {:.0f} m away from {}; are they in one frame?", apart_m, map_name);
 }

@@ -74,8 +74,7 @@ class FuseCommand final : public Command {
       fmt::print("{}: not found, map left as it is: {}\n", printable(query), printable(refusal));
       return kNoPose;
     }
-    map::unpackVertices(map);
-    const std::size_t before = map.graph.size();
+    const std::size_t before = map::countsOf(map).vertices;
     const map::Visit visit = additionOf(*placed, input, input_, map, job);
     if (!force_) requireFits(map, path, visit.place, job);
     appendToMap(map, visit.place, job.options);
@@ -83,7 +82,7 @@ class FuseCommand final : public Command {
               visit);
     draft.commit();
     job.narrate.stage("fuse", watch.lap_ms(), target);
-    fmt::print("{}: {} vertices, {} before\n", target, map.graph.size(), before);
+    fmt::print("{}: {} vertices, {} before\n", target, map::countsOf(map).vertices, before);
     return kDone;
   }
 

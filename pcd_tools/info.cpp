@@ -168,17 +168,16 @@ void printGraph(Sheet& sheet, const SemanticGraph& graph, const LabelSet& labels
 
 void printMap(Sheet& sheet, const std::string& path) {
   map::SemanticMap map = map::openMap(path);
-  const std::size_t samples =
-      map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount();
+  const map::Counts counts = map::countsOf(map);
   sheet.row("version",
             fmt::format("schema {}, written by {}", map::kMapSchemaVersion, map.program_version));
   sheet.row("size", sizeText(map.size));
   sheet.row("holds",
             fmt::format("{} key frames, {} points, {} plan samples", map.poses.size(),
-                        map::pointCount(map), samples),
+                        counts.points, counts.samples),
             {{"key_frames", map.poses.size()},
-             {"points", map::pointCount(map)},
-             {"plan_samples", samples}});
+             {"points", counts.points},
+             {"plan_samples", counts.samples}});
   sheet.row("sources", fmt::format("{}", fmt::join(map.sources, ", ")), map.sources);
   Json own = Json::array();
   for (const OwnAcceptance& a : ownAcceptance(map))

@@ -171,7 +171,7 @@ Place readLabelledGraph(const std::string& path, const io::InputOptions& input, 
 
 std::optional<Place> readStored(const std::string& path, io::InputOptions& input, const Job& job) {
   const io::InputKind kind = chooseKind(path, input, job);
-  if (kind == io::InputKind::map) return map::loadMap(path);
+  if (kind == io::InputKind::map) return map::unpacked(map::openMap(path));
   if (kind == io::InputKind::graph) return readLabelledGraph(path, input, job);
   return std::nullopt;
 }
@@ -197,7 +197,7 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
                        const std::optional<Eigen::Isometry3d>& T_map_input) {
   switch (chooseKind(path, input, job)) {
     case io::InputKind::map:
-      return map::loadMap(path);
+      return map::unpacked(map::openMap(path));
     case io::InputKind::graph: {
       Place file = readLabelledGraph(path, input, job);
       for (Vertex& vertex : file.graph.vertices) {
@@ -217,8 +217,15 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
 }
 
 void requireNotEmpty(const map::SemanticMap& map, const std::string& path) {
-  if (map::vertexCount(map) == 0 && map::pointCount(map) == 0)
+  const map::Counts counts = map::countsOf(map);
+  if (counts.vertices == 0 && counts.points == 0)
     throw Error(path, "the map is empty; build it of a recording that sees something");
+}
+
+std::string contentsText(const map::SemanticMap& map) {
+  const map::Counts counts = map::countsOf(map);
+  return fmt::format("{} vertices, {} key frames, {} points", counts.vertices, map.poses.size(),
+                     counts.points);
 }
 
 map::SemanticMap readMap(const std::string& path, const InputFlags& input, const Job& job) {
@@ -230,16 +237,12 @@ map::SemanticMap readMap(const std::string& path, const InputFlags& input, const
                              ? map::openMap(path)
                              : mapOf(path, whole, job);
   requireNotEmpty(map, path);
-  job.narrate.stage("map", watch.lap_ms(),
-                    fmt::format("{}: {} vertices, {} key frames, {} points", path,
-                                map::vertexCount(map), map.poses.size(), map::pointCount(map)));
+  job.narrate.stage("map", watch.lap_ms(), fmt::format("{}: {}", path, contentsText(map)));
   return map;
 }
 
 map::SemanticMap readWholeMap(const std::string& path, const InputFlags& input, const Job& job) {
-  map::SemanticMap map = readMap(path, input, job);
-  map::unpack(map);
-  return map;
+  return map::unpacked(readMap(path, input, job));
 }
 
 std::vector<Eigen::Isometry3d> QueryInput::poses() const {
@@ -256,7 +259,8 @@ QueryInput openQuery(const std::string& path, const InputFlags& input, const Job
   result.path = path;
   io::InputOptions& options = result.options = queryIn(input, map_labels);
   const io::InputKind kind = chooseKind(path, options, job);
-  if (kind == io::InputKind::map) result.whole = makeQuery(map::loadMap(path), job.options);
+  if (kind == io::InputKind::map)
+    result.whole = makeQuery(map::unpacked(map::openMap(path)), job.options);
   if (kind == io::InputKind::graph) {
     const Place file = readLabelledGraph(path, options, job);
     result.whole = makeQuery(file.graph, file.labels, job.options);

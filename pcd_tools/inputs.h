@@ -84,6 +84,8 @@ map::SemanticMap mapOf(const std::string& path, io::InputOptions input, const Jo
 
 /// Throws Error with the path if nothing can be found in the map.
 void requireNotEmpty(const map::SemanticMap& map, const std::string& path);
+/// "12 vertices, 3 key frames, 456 points".
+std::string contentsText(const map::SemanticMap& map);
 
 /// The MAP operand: a map file, of which much stays packed (map::openMap), or anything a map can be
 /// built of on the fly.

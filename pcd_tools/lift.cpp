@@ -73,7 +73,7 @@ class LiftCommand final : public Command {
   }
 
   Lifted pointsOfMap(const std::string& path, const std::optional<Eigen::Affine3d>& moved) const {
-    map::SemanticMap map = map::loadMap(path);
+    map::SemanticMap map = map::unpacked(map::openMap(path));
     if (map.cloud.empty()) throw Error(path, "the map keeps no points; make it of a recording");
     if (moved) io::moveCloud(*moved, map.cloud);
     if (voxel_m_ > 0) map.cloud = thinByVoxel(map.cloud, voxel_m_);

@@ -107,12 +107,8 @@ Answer asShown(const Answer& answer, const Query& query, const Narrative& narrat
 /// The largest coordinate of what the map holds [m].
 double largestCoordinate(const map::SemanticMap& map) {
   double largest = 0;
-  if (map.stored_vertices && map.stored_vertices->size() > 0) {
-    const Eigen::AlignedBox3d box = map.stored_vertices->bounds();
+  if (const Eigen::AlignedBox3d box = map::allVertices(map).bounds(); !box.isEmpty())
     largest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
-  }
-  for (const Vertex& v : map.graph.vertices)
-    largest = std::max(largest, v.position.cwiseAbs().maxCoeff());
   for (const auto& pose : map.poses)
     largest = std::max(largest, pose.translation().cwiseAbs().maxCoeff());
   return largest;

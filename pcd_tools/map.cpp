@@ -102,7 +102,6 @@ class MapCommand final : public Command {
                      const Job& given) {
     Stopwatch watch;
     map::SemanticMap map = map::openMap(out);
-    map::unpackVertices(map);
     const Job job = inMap(given, map);
     MapDraft draft(out, out);
     for (map::SemanticMap& part : build(inputs, &map.labels, job)) {
@@ -124,7 +123,6 @@ class MapCommand final : public Command {
     Stopwatch watch;
     const bool onto = append_ && std::filesystem::exists(out);
     map::SemanticMap map = onto ? map::openMap(out) : readMap(inputs.front(), input_, given);
-    map::unpackVertices(map);
     const Job job = inMap(given, map);
     MapDraft draft = onto ? MapDraft(out, out) : MapDraft(out, map);
     std::vector<std::string> waiting(inputs.begin() + (onto ? 0 : 1), inputs.end());
@@ -176,8 +174,7 @@ class MapCommand final : public Command {
   }
 
   static void printMap(const std::string& out, const map::SemanticMap& map) {
-    fmt::print("{}: {} vertices, {} key frames, {} points\n", out, map.graph.size(),
-               map.poses.size(), map::pointCount(map));
+    fmt::print("{}: {}\n", out, contentsText(map));
     if (const std::string own = ownAcceptanceText(map); !own.empty())
       fmt::print("own windows of {}\n", own);
     if (const std::string wrong = wrongPlacesText(map); !wrong.empty())

@@ -104,7 +104,7 @@ ExitCode undoLast(const std::string& path) {
   const std::vector<map::Revision> revisions = map::readRevisions(path);
   if (!map::undoRevision(path)) throw Error(path, "nothing to undo: no change of it is on record");
   fmt::print("{}: taken back: {}; {} vertices\n", path, printable(revisions.back().note),
-             map::vertexCount(map::openMap(path)));
+             map::countsOf(map::openMap(path)).vertices);
   return kDone;
 }
 
@@ -124,7 +124,7 @@ ExitCode takeOut(const std::string& path, const std::string& source, const Job& 
   }
   changes.commit();
   putInPlace(*copy, path);
-  fmt::print("{}: without {}, {} vertices\n", path, printable(source), map::vertexCount(map));
+  fmt::print("{}: without {}, {} vertices\n", path, printable(source), map::countsOf(map).vertices);
   return kDone;
 }
 

@@ -67,7 +67,7 @@ class PruneCommand final : public Command {
     const std::string& target = out_.empty() ? path : out_;
     requireWritable(target);
     const map::MapLock lock(path);
-    map::SemanticMap map = map::loadMap(path);
+    map::SemanticMap map = map::unpacked(map::openMap(path));
     const Job job = inMap(given, map);
     Stopwatch watch;
     const std::vector<std::size_t> gone = absencesIn(path, map).atLeast(absent_);

@@ -271,7 +271,7 @@ class ServeCommand final : public Command {
   std::string healthText(const QueryPlaces::Load& load) const {
     return toText({{"status", load.status()},
                    {"map", job_->operands[0]},
-                   {"vertices", map::vertexCount(currentMap()->map)},
+                   {"vertices", map::countsOf(currentMap()->map).vertices},
                    {"exchanges", exchanges_.load()},
                    {"running", load.running},
                    {"jobs", load.places},

@@ -73,7 +73,7 @@ std::vector<map::SemanticMap> mapsOf(const Source& source, const LabelSet* added
 }
 
 void requireBlobs(const map::SemanticMap& map) {
-  if (!map.graph.empty() || map.bev.sampleCount() > 0 || map::pointCount(map) > 0) return;
+  if (!map.graph.empty() || map.bev.sampleCount() > 0 || map::countsOf(map).points > 0) return;
   throw Error(map.sources.empty() ? "map" : map.sources.front(),
               "nothing to make a map of: no blob of any known class");
 }
@@ -118,7 +118,6 @@ void requireFits(const map::SemanticMap& map, const std::string& name, const map
 }
 
 void append(Map& map, const Source& source, bool force, const py::kwargs& arguments) {
-  unpacked(map);
   Options options = optionsOf(arguments);
   options.size = sizeText(map.map->size);
   Work work(std::move(options));
@@ -198,11 +197,8 @@ Map loadMap(const py::object& path) {
 
 const map::SemanticMap& unpacked(Map& map) {
   if (map::isPacked(*map.map)) {
-    map.map = released([&] {
-      auto whole = std::make_shared<map::SemanticMap>(*map.map);
-      map::unpack(*whole);
-      return whole;
-    });
+    map.map =
+        released([&] { return std::make_shared<const map::SemanticMap>(map::unpacked(*map.map)); });
   }
   return *map.map;
 }
@@ -241,9 +237,7 @@ void bindMap(py::module_& module) {
           "with the map as it was.")
       .def("__repr__",
            [](const Map& m) {
-             return fmt::format("<xview.Map {}: {} vertices, {} key frames, {} points>", m.path,
-                                map::vertexCount(*m.map), m.map->poses.size(),
-                                map::pointCount(*m.map));
+             return fmt::format("<xview.Map {}: {}>", m.path, tools::contentsText(*m.map));
            })
       .def_property_readonly(
           "path", [](const Map& m) { return m.path; }, "The file, or what it was built of first.")

@@ -64,10 +64,8 @@ void scaleLengths(double factor, LabelledCloud& cloud) {
 void scaleLengths(double factor, BevGrid& bev) {
   if (factor == 1) return;
   const auto f = static_cast<float>(factor);
-  bev.cell_m *= factor;
-  bev.origin_x *= factor;
-  bev.origin_y *= factor;
-  bev.origin_z *= factor;
+  for (double* length : {&bev.cell_m, &bev.origin_x, &bev.origin_y, &bev.origin_z})
+    *length *= factor;
   for (auto& channel : bev.samples) {
     for (BevSample& s : channel) s = {f * s.x, f * s.y, f * s.z};
   }

@@ -20,8 +20,7 @@ class StoredCloud {
   virtual std::size_t size() const = 0;  ///< points
   /// The columns that hold points, sorted.
   virtual std::vector<PlaneCell> columns() const = 0;
-  /// The points of a column, relative to the origin of the cloud; of an empty one none.
-  /// Thread-safe.
+  /// The points of a column, from the origin of the cloud; of an empty one none. Thread-safe.
   virtual std::shared_ptr<const LabelledCloud> pointsOf(const PlaneCell& column) const = 0;
 };
 

@@ -11,8 +11,7 @@
 namespace xview {
 
 /// The vertices of a map that are packed as in its file, and unpacked where somebody asks for them.
-/// They have the numbers that they would have in a SemanticGraph. Thread-safe. What unpacks throws
-/// Error if the file was damaged.
+/// Their numbers are those of a SemanticGraph. Thread-safe; throws Error if the file was damaged.
 class StoredVertices {
  public:
   using Visit = std::function<void(std::uint32_t number, const Vertex& vertex)>;
@@ -37,6 +36,15 @@ class AllVertices {
   AllVertices(const SemanticGraph& graph) : graph_(&graph) {}
   AllVertices(const StoredVertices& stored) : stored_(&stored) {}
 
+  std::size_t size() const { return stored_ ? stored_->size() : graph_->size(); }
+  Vertex at(std::uint32_t number) const {
+    return stored_ ? stored_->at(number) : graph_->vertices.at(number);
+  }
+  Eigen::AlignedBox3d bounds() const {
+    Eigen::AlignedBox3d box;
+    if (graph_) forEach([&](std::uint32_t, const Vertex& v) { box.extend(v.position); });
+    return graph_ ? box : stored_->bounds();
+  }
   /// Calls visit(number, vertex) for all of them, in the order of their numbers. Throws Error.
   template <class Visit>
   void forEach(const Visit& visit) const {

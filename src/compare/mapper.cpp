@@ -70,7 +70,7 @@ void requireSameSize(const map::SemanticMap& map, const map::SemanticMap& additi
 /// Points of columns in which nothing is new stay packed.
 void appendCloud(map::SemanticMap& map, const LabelledCloud& addition, double voxel_m) {
   LabelledCloud& cloud = map.cloud;
-  if (map::pointCount(map) == 0) return cloud.append(addition);
+  if (map::countsOf(map).points == 0) return cloud.append(addition);
   map::unpackPointsAround(addition, map);
   const Eigen::Vector3f shift = (addition.origin - cloud.origin).cast<float>();
   for (Point point : addition.points) {
@@ -354,11 +354,7 @@ map::SemanticMap buildMap(const SemanticGraph& graph, const LabelSet& labels,
 }
 
 void appendToMap(map::SemanticMap& map, const map::SemanticMap& given, const Options& in_metres) {
-  if (map::isPacked(given)) {
-    map::SemanticMap whole = given;
-    map::unpack(whole);
-    return appendToMap(map, whole, in_metres);
-  }
+  if (map::isPacked(given)) return appendToMap(map, map::unpacked(given), in_metres);
   map::unpackVertices(map);
   const LabelMatch match = requireCommonClasses(given.labels, nameOf(given), map.labels);
   if (!match.changesNothing()) {

@@ -124,7 +124,7 @@ class SelfSearch {
                                         map.null, options.places, options.threads);
       along_ = wayOf(map);
       reach_m_ = reachOfPath();
-      if (ask_second_best && map::pointCount(map) > 0)
+      if (ask_second_best && map::countsOf(map).points > 0)
         distributions_.emplace(distributionsOf(map, options.refine));
     } else {
       field_ = search::makeObjectField(map.graph, map.labels, options.places);
@@ -295,17 +295,11 @@ class SelfSearch {
     for (std::size_t i = first; i <= last; ++i)
       around.poses.push_back(around.T_map_query.inverse() * map_.poses[i]);
     std::vector<Point> seen;
-    const auto takeSeen = [&](const LabelledCloud& points) {
+    map::forPoints(map_, mayBeSeen, [&](const LabelledCloud& points) {
       for (const Point& point : points.points) {
         if (isSeen(inMap(point).template head<2>())) seen.push_back(point);
       }
-    };
-    takeSeen(map_.cloud);
-    if (const StoredCloud* stored = map::storedPoints(map_)) {
-      for (const PlaneCell& column : stored->columns()) {
-        if (mayBeSeen(column)) takeSeen(*stored->pointsOf(column));
-      }
-    }
+    });
     const double share = std::min(kSeenAgainShare, kMostPoints / static_cast<double>(seen.size()));
     for (Point point : seen) {
       if (random.uniform() > share) continue;

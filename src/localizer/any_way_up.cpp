@@ -29,11 +29,15 @@ std::vector<Eigen::Vector3d> positionsOf(const std::vector<Eigen::Isometry3d>& p
 
 const match::FeatureCloud* FeatureIndex::ofMap() const {
   std::call_once(made_, [&] {
-    if (map::pointCount(map_) == 0 || map::pointCount(map_) > kMostPoints) return;
-    LabelledCloud all = map_.cloud;
-    if (const StoredCloud* stored = map::storedPoints(map_)) {
-      for (const auto& column : stored->columns()) all.append(*stored->pointsOf(column));
-    }
+    const std::size_t points = map::countsOf(map_).points;
+    if (points == 0 || points > kMostPoints) return;
+    LabelledCloud all;
+    all.origin = map_.cloud.origin;
+    const auto add = [&](const LabelledCloud& some) {
+      all.points.insert(all.points.end(), some.points.begin(), some.points.end());
+    };
+    map::forPoints(
+        map_, [](const PlaneCell&) { return true; }, add);
     const std::vector<Eigen::Vector3d> seen_from = positionsOf(map_.poses);
     for (double voxel_m = kVoxel_m; voxel_m <= kLargest_m; voxel_m *= kCoarser) {
       if (match::voxelCount(all, voxel_m) > kMostVoxels) continue;

@@ -71,10 +71,11 @@ void explainSamples(const BevGrid& map, const Query& query, const search::FieldQ
 void explainVertices(const map::SemanticMap& map, const Query& query,
                      const std::vector<Correspondence>& kept, const Eigen::Isometry3d& T_map_query,
                      Explanation& explanation) {
+  const AllVertices in_map = map::allVertices(map);
   for (const Correspondence& c : kept) {
-    if (c.query >= query.graph.size() || c.map >= map::vertexCount(map)) continue;
+    if (c.query >= query.graph.size() || c.map >= in_map.size()) continue;
     const Vertex& seen = query.graph.vertices[c.query];
-    const Vertex known = map::vertexOf(map, c.map);
+    const Vertex known = in_map.at(c.map);
     Contribution contribution;
     const ClassInfo* info = map.labels.find(known.label);
     contribution.name = info ? info->name : std::to_string(known.label);

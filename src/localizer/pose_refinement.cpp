@@ -84,13 +84,13 @@ constexpr double kBevAlong_m = 0.25, kBevAcross_m = 0.11, kBevUp_m = 0.12, kBevT
                  kBevTurn_rad = 0.0065;
 
 /// Each pair fixes its vertex with kPairSigma_m.
-Matrix6d covarianceOfPairs(const std::vector<Correspondence>& pairs, const map::SemanticMap& map,
+Matrix6d covarianceOfPairs(const std::vector<Correspondence>& pairs, const AllVertices& in_map,
                            const Eigen::Vector3d& sensor_in_map) {
   Matrix6d information = Matrix6d::Zero();
   information.topLeftCorner<3, 3>().diagonal().setConstant(1 / (kVague_m * kVague_m));
   information.bottomRightCorner<3, 3>().diagonal().setConstant(1 / (kVague_rad * kVague_rad));
   for (const Correspondence& c : pairs) {
-    const Eigen::Vector3d v = map::vertexOf(map, c.map).position - sensor_in_map;
+    const Eigen::Vector3d v = in_map.at(c.map).position - sensor_in_map;
     Eigen::Matrix<double, 3, 6> J;
     J.leftCols<3>() = Eigen::Matrix3d::Identity();
     J.rightCols<3>() << 0, v.z(), -v.y(), -v.z(), 0, v.x(), v.y(), -v.x(), 0;
@@ -108,12 +108,12 @@ std::size_t poseOfFrame(const Query& query, std::int64_t frame) {
 
 /// The correspondences as the back-end of the paper wants them: vertices as the query saw them,
 /// their partners in the map.
-std::vector<pose::MatchedVertex> matchedVertices(const Query& query, const map::SemanticMap& map,
+std::vector<pose::MatchedVertex> matchedVertices(const Query& query, const AllVertices& in_map,
                                                  const std::vector<Correspondence>& kept) {
   std::vector<pose::MatchedVertex> matched;
   for (const Correspondence& pair : kept) {
     const Vertex& seen = query.graph.vertices[pair.query];
-    const Vertex known = map::vertexOf(map, pair.map);
+    const Vertex known = in_map.at(pair.map);
     pose::MatchedVertex vertex;
     vertex.p_odom = seen.position;
     vertex.sigma_m = seen.sigma_m;
@@ -238,12 +238,12 @@ struct PoseRefinement::Step {
 
 pose::DistributionMap distributionsOf(const map::SemanticMap& map,
                                       const pose::RefineOptions& options) {
-  return {{map.cloud, map.labels, map.poses, map::storedPoints(map), map.noise}, options};
+  return {{map.cloud, map.labels, map.poses, map.stored_points.get(), map.noise}, options};
 }
 
 PoseRefinement::PoseRefinement(const map::SemanticMap& map, const Options& options)
     : map_(map), options_(options), bev_(map) {
-  if (!options.refine.enabled || map::pointCount(map) == 0) return;
+  if (!options.refine.enabled || map::countsOf(map).points == 0) return;
   distributions_.emplace(distributionsOf(map, options.refine));
 }
 
@@ -253,7 +253,8 @@ void PoseRefinement::usePosterior(const std::vector<Correspondence>& kept, Step&
   double& gravity_sigma_rad = options.model.gravity_sigma_rad;
   gravity_sigma_rad = std::hypot(gravity_sigma_rad, step.up_sigma_rad);
   pose::Posterior posterior = pose::maximizePosterior(
-      step.query.poses, matchedVertices(step.query, map_, kept), step.pose.T_map_query, options);
+      step.query.poses, matchedVertices(step.query, map::allVertices(map_), kept),
+      step.pose.T_map_query, options);
   if (!posterior.converged) return;
   const Eigen::Isometry3d T = posterior.T_map_sensor.back() * step.query.poses.back().inverse();
   if (step.shiftTo(T) >= step.max_shift_m || !step.keepsScore(T, 1)) return;
@@ -312,7 +313,7 @@ RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery*
             options_.refine.max_shift_m,
             {}};
   step.pose.T_map_query = T_map_query;
-  step.pose.covariance = covarianceOfPairs(kept, map_, T_map_query * sensor);
+  step.pose.covariance = covarianceOfPairs(kept, map::allVertices(map_), T_map_query * sensor);
   if (options_.posterior.enabled) {
     usePosterior(kept, step);
     timing_ms.emplace_back("posterior", watch.lap_ms());

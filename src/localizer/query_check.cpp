@@ -62,9 +62,7 @@ Eigen::AlignedBox2d fromAbove(const Eigen::AlignedBox3d& box) {
 
 /// What of a map is anywhere, from above [m].
 Eigen::AlignedBox2d boundsOf(const map::SemanticMap& map) {
-  Eigen::AlignedBox2d box;
-  if (map.stored_vertices) box = fromAbove(map.stored_vertices->bounds());
-  for (const Vertex& vertex : map.graph.vertices) box.extend(vertex.position.head<2>());
+  Eigen::AlignedBox2d box = fromAbove(map::allVertices(map).bounds());
   for (const Eigen::Isometry3d& T : map.poses) box.extend(T.translation().head<2>());
   for (const GroundCell& cell : map::viewOf(map).known) {
     box.extend(Eigen::Vector2d(map.bev.origin_x + cell.x * map.bev.cell_m,
@@ -116,7 +114,7 @@ double widthOf(const Place& place) {
 double widthOf(const map::SemanticMap& map) {
   Eigen::AlignedBox2d box;
   if (!map.stored_view) {
-    if (map.stored_vertices) box = fromAbove(map.stored_vertices->bounds());
+    box = fromAbove(map::allVertices(map).bounds());
     extendBy(map, box);
     return widthOf(box);
   }
@@ -141,7 +139,8 @@ std::optional<std::string> whyTooLarge(const Query& query, const map::SemanticMa
 }  // namespace
 
 std::optional<std::string> whyUnfindable(const Query& query, const map::SemanticMap& map) {
-  if (isEmpty(map) && !map::hasView(map) && map::pointCount(map) == 0 && map::vertexCount(map) == 0)
+  const map::Counts in_map = map::countsOf(map);
+  if (isEmpty(map) && !map::hasView(map) && in_map.points == 0 && in_map.vertices == 0)
     return "the map is empty; build it of a recording that sees something";
   if (isEmpty(query)) return kNothingIsLeft;
   if (const auto reason = whyTooLittle(query)) return reason;
@@ -160,8 +159,9 @@ void requireSound(const ExpectedPose& expected, double size) {
 void requireAnswerTo(const Query& query, const map::SemanticMap& map, const Localization& answer) {
   if (!(answer.scale > 0 && std::isfinite(answer.scale)))
     throw UsageError(fmt::format("the scale of the answer is {}, must be > 0", answer.scale));
+  const std::size_t in_map = map::countsOf(map).vertices;
   for (const Correspondence& pair : answer.kept) {
-    if (pair.query >= query.graph.size() || pair.map >= map::vertexCount(map))
+    if (pair.query >= query.graph.size() || pair.map >= in_map)
       throw UsageError("the answer is to another query: it pairs vertices that there are not");
   }
 }

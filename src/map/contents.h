@@ -35,13 +35,9 @@ bool hasOverview(const SemanticMap& map);
 /// For a surface field, which refers to the map.
 search::MapView searchedView(const SemanticMap& map);
 
-/// Of a map, packed or not.
-std::size_t vertexCount(const SemanticMap& map);
 inline AllVertices allVertices(const SemanticMap& map) {
   return map.stored_vertices ? AllVertices(*map.stored_vertices) : AllVertices(map.graph);
 }
-/// Throws std::out_of_range for a number that none has, and Error.
-Vertex vertexOf(const SemanticMap& map, std::uint32_t number);
 /// Moves them to where those of a map are. Throws Error.
 void unpackVertices(SemanticMap& map);
 
@@ -57,15 +53,22 @@ void unpackPointsAround(const LabelledCloud& near, SemanticMap& map);
 inline bool isPacked(const SemanticMap& map) {
   return map.stored_points || map.stored_view || map.stored_vertices;
 }
-/// Moves all that is packed to where that of a map is. Throws Error.
-inline void unpack(SemanticMap& map) {
-  unpackPoints(map);
-  unpackView(map);
-  unpackVertices(map);
-}
 
-/// The packed points of a map; null if there are none.
-const StoredCloud* storedPoints(const SemanticMap& map);
-std::size_t pointCount(const SemanticMap& map);
+/// What a map has, without unpacking it.
+struct Counts {
+  std::size_t vertices = 0, points = 0, samples = 0;
+};
+Counts countsOf(const SemanticMap& map);
+
+/// Calls visit(points) for the points of `cloud` and then column by column for packed ones, all
+/// from the origin of the cloud. isWanted(PlaneCell) chooses columns. Throws Error.
+template <class Visit, class IsWanted>
+void forPoints(const SemanticMap& map, const IsWanted& isWanted, const Visit& visit) {
+  visit(map.cloud);
+  if (!map.stored_points) return;
+  for (const PlaneCell& column : map.stored_points->columns()) {
+    if (isWanted(column)) visit(*map.stored_points->pointsOf(column));
+  }
+}
 
 }  // namespace xview::map

@@ -237,14 +237,13 @@ Meta metaOf(const SemanticMap& map, std::size_t points) {
       {"own_stretches", textOf(map.own_stretches)},
       {"null", textOf(map.null)},
       {"size", sizeText(map.size)},
-      {"vertices", std::to_string(vertexCount(map))},
+      {"vertices", std::to_string(countsOf(map).vertices)},
       {"edges", std::to_string(storesEdges(map.graph) ? map.graph.edgeCount() : 0)},
       {"edge_radius_m", numberText(map.graph.edge_radius_m)},
       {"noise", textOf(map.noise)},
       {"keyframes", std::to_string(map.poses.size())},
       {"cloud_points", std::to_string(points)},
-      {"plan_samples",
-       std::to_string(map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount())},
+      {"plan_samples", std::to_string(countsOf(map).samples)},
       {"plan_view", std::to_string(fingerprintOfView(map))},
       {"plan_channels", channelNames()},
       {"plan_aerial", map.bev.aerial ? "1" : "0"}};
@@ -442,14 +441,14 @@ void requireStorable(const SemanticMap& map) {
 }
 
 void requireComplete(const Meta& meta, const SemanticMap& map) {
+  const Counts has = countsOf(map);
   const std::pair<const char*, std::size_t> counts[] = {
-      {"vertices", vertexCount(map)},
+      {"vertices", has.vertices},
       {"edges", storesEdges(map.graph) ? map.graph.edgeCount() : 0},
       {"keyframes", map.poses.size()},
-      {"cloud_points", pointCount(map)},
-      {"plan_samples", map.bev.sampleCount()}};
+      {"cloud_points", has.points},
+      {"plan_samples", has.samples}};
   for (const auto& [name, found] : counts) {
-    if (map.stored_view && name == std::string("plan_samples")) continue;
     const auto expected = numberIn<std::size_t>(meta, name);
     if (found == expected) continue;
     throw Damage(std::string(name) + ": expected " + std::to_string(expected) + ", found " +
@@ -521,7 +520,7 @@ bool isOfView(const search::PathNull& null, const Meta& meta) {
 }
 
 void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
-              const std::string& file, Reading reading, SemanticMap& map) {
+              const std::string& file, SemanticMap& map) {
   PackedRows rows(file_bytes);
   std::vector<Keyframe> keyframes;
   in.items("keyframes", keyframes);
@@ -549,7 +548,7 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
     tiles.push_back(std::move(tile));
   });
   const auto overview = readOverview(in, map.bev);
-  const bool is_late = reading == Reading::late && map.size == kTownScale;
+  const bool is_late = map.size == kTownScale;
   if (is_late && overview && isOfView(map.null, meta))
     map.stored_view = std::make_shared<const PackedBev>(std::move(tiles), map.bev, file,
                                                         numberIn<std::size_t>(meta, "plan_samples"),
@@ -575,7 +574,7 @@ void readBulk(ContentReader& in, const Meta& meta, std::uint64_t file_bytes,
   });
   if (!tiles.empty())
     map.stored_points = std::make_shared<const PackedCloud>(std::move(tiles), file);
-  if (map.size != kTownScale) unpackAll(map);
+  if (map.size != kTownScale) unpackPoints(map);
 }
 
 }  // namespace
@@ -622,7 +621,7 @@ void writeContent(SQLite::Database& database, const std::string& schema, const S
   out.finish();
 }
 
-SemanticMap readContent(SQLite::Database& database, Reading reading) {
+SemanticMap readContent(SQLite::Database& database) {
   checkMapTables(database);
   ContentReader in(database);
   const Meta meta = readMeta(in);
@@ -632,7 +631,8 @@ SemanticMap readContent(SQLite::Database& database, Reading reading) {
   setNumbers(meta, map);
   const std::int64_t file_bytes = database.execAndGet("PRAGMA page_count").getInt64() *
                                   database.execAndGet("PRAGMA page_size").getInt64();
-  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), database.getFilename(), reading, map);
+  const std::string file = database.getFilename();  // a visit is one of another database
+  readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), file == ":memory:" ? "" : file, map);
   requireComplete(meta, map);
   return map;
 }

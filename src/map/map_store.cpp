@@ -296,32 +296,19 @@ bool undoRevision(const std::string& path) {
     SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
     checkBeforeWriting(database);
     if (!restoreRevision(database)) return false;
-    SemanticMap former = readContent(database);
-    unpackAll(former);  // one that is damaged must not replace a sound one
+    unpacked(readContent(database));  // what is damaged must not replace a sound one
     transaction.commit();
     freeUnusedPages(database);
     return true;
   });
 }
 
-namespace {
-
-SemanticMap readMap(const std::string& path, Reading reading) {
+SemanticMap openMap(const std::string& path) {
   return guarded(path, kCannotRead, [&] {
     SQLite::Database database = openForReading(path);
     const SQLite::Transaction snapshot(database);
-    return readContent(database, reading);
+    return readContent(database);
   });
-}
-
-}  // namespace
-
-SemanticMap openMap(const std::string& path) { return readMap(path, Reading::late); }
-
-SemanticMap loadMap(const std::string& path) {
-  SemanticMap map = readMap(path, Reading::whole);
-  unpackPoints(map);
-  return map;
 }
 
 // SQLite locks with fcntl(), which flock() does not meet; its locks are those of one transaction.

@@ -123,9 +123,7 @@ SemanticMap contentOf(const SQLite::Column& bytes) {
                           SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY) !=
       SQLITE_OK)
     throw Damage("undo_visits: data is no database");
-  SemanticMap map = readContent(database);
-  unpackAll(map);
-  return map;
+  return unpacked(readContent(database));
 }
 
 }  // namespace

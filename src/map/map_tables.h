@@ -136,11 +136,8 @@ class RowReader {
 /// the map cannot be written as it is.
 void writeContent(SQLite::Database& database, const std::string& schema, const SemanticMap& map);
 
-/// Whether views and vertices are unpacked at once; points never are.
-enum class Reading { whole, late };
-
-/// Reads the tables of "main"; throws Damage.
-SemanticMap readContent(SQLite::Database& database, Reading reading = Reading::whole);
+/// Reads the tables of "main", of which much stays packed (openMap); throws Damage.
+SemanticMap readContent(SQLite::Database& database);
 
 // Revisions. All of these run inside a transaction of the caller.
 

@@ -114,6 +114,7 @@ const BevGrid& PackedBev::whole() const {
     rethrowDamage(file_, [&] {
       BevGrid whole = grid_;
       fill(tiles_, whole);
+      if (whole.sampleCount() != samples_) throw Damage("plan_samples: not as many as expected");
       whole_ = std::move(whole);
     });
   });
@@ -150,7 +151,21 @@ const BevGrid& viewOf(const SemanticMap& map) {
 void unpackView(SemanticMap& map) {
   if (!map.stored_view) return;
   map.bev = map.stored_view->whole();
+  if (map.null.view == map.stored_view->fingerprint())
+    map.null.view = search::fingerprintOf(map.bev);
+  if (map.overview) {
+    auto overview = *map.overview;
+    overview.checksum = search::checksumOf(map.bev);
+    map.overview = std::make_shared<const search::MapOverview>(std::move(overview));
+  }
   map.stored_view.reset();
+}
+
+SemanticMap unpacked(SemanticMap map) {
+  unpackPoints(map);
+  unpackView(map);
+  unpackVertices(map);
+  return map;
 }
 
 bool hasOverview(const SemanticMap& map) {
@@ -231,21 +246,17 @@ const PackedCloud* packedCloudOf(const SemanticMap& map) {
   return dynamic_cast<const PackedCloud*>(map.stored_points.get());
 }
 
-void unpackAll(SemanticMap& map) {
+void unpackPoints(SemanticMap& map) {
   const auto stored = map.stored_points;  // for as long as it is read
   if (!stored) return;
-  if (const PackedCloud* packed = packedCloudOf(map))
-    return unpack(
-        *packed, [](const Tile&) { return true; }, map);
+  if (const PackedCloud* packed = packedCloudOf(map)) {
+    const auto all = [](const Tile&) { return true; };
+    return rethrowDamage(packed->file(), [&] { unpack(*packed, all, map); });
+  }
   LabelledCloud points;
   for (const PlaneCell& column : stored->columns()) points.append(*stored->pointsOf(column));
   map.stored_points.reset();
   append(std::move(points), map);
-}
-
-void unpackPoints(SemanticMap& map) {
-  const PackedCloud* packed = packedCloudOf(map);
-  rethrowDamage(packed ? packed->file() : std::string(), [&] { unpackAll(map); });
 }
 
 void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
@@ -274,10 +285,10 @@ void packPoints(SemanticMap& map) {
   map.cloud.points = {};
 }
 
-const StoredCloud* storedPoints(const SemanticMap& map) { return map.stored_points.get(); }
-
-std::size_t pointCount(const SemanticMap& map) {
-  return map.cloud.size() + (map.stored_points ? map.stored_points->size() : 0);
+Counts countsOf(const SemanticMap& map) {
+  return {allVertices(map).size(),
+          map.cloud.size() + (map.stored_points ? map.stored_points->size() : 0),
+          map.stored_view ? map.stored_view->sampleCount() : map.bev.sampleCount()};
 }
 
 }  // namespace xview::map

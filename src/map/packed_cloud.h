@@ -16,12 +16,13 @@
 
 namespace xview::map {
 
-/// Runs `work`; damage of the file becomes an Error.
+/// Runs `work`; damage of the file becomes an Error, if it has a name.
 template <class Work>
 void rethrowDamage(const std::string& file, const Work& work) {
   try {
     work();
   } catch (const Damage& e) {
+    if (file.empty()) throw;
     throw Error(file, std::string("damaged map file: ") + e.what());
   }
 }
@@ -130,8 +131,5 @@ class PackedBev final : public StoredView {
 /// As a file has them, so that they can be written again: null if they are unpacked or reduced.
 const PackedBev* packedBevOf(const SemanticMap& map);
 const PackedCloud* packedCloudOf(const SemanticMap& map);
-
-/// unpackPoints(), but throws Damage.
-void unpackAll(SemanticMap& map);
 
 }  // namespace xview::map

@@ -112,14 +112,6 @@ const StoredBlocks* storedBlocksOf(const SemanticMap& map) {
   return dynamic_cast<const StoredBlocks*>(map.stored_vertices.get());
 }
 
-std::size_t vertexCount(const SemanticMap& map) {
-  return map.stored_vertices ? map.stored_vertices->size() : map.graph.size();
-}
-
-Vertex vertexOf(const SemanticMap& map, std::uint32_t number) {
-  return map.stored_vertices ? map.stored_vertices->at(number) : map.graph.vertices.at(number);
-}
-
 void unpackVertices(SemanticMap& map) {
   if (!map.stored_vertices) return;
   map.graph.vertices = map.stored_vertices->whole().vertices;

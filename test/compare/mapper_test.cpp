@@ -193,14 +193,15 @@ TEST(Mapper, APackedMapAnswersAsAWholeOne) {
   map::saveMap(folder / "map.xvm", drive.map);
   const Query query = drive.query("rear", 10, 40);
   const Localization packed = Localizer(map::openMap(folder / "map.xvm")).localize(query),
-                     whole = Localizer(map::loadMap(folder / "map.xvm")).localize(query);
+                     whole =
+                         Localizer(map::unpacked(map::openMap(folder / "map.xvm"))).localize(query);
   EXPECT_TRUE(packed.accepted()) << packed.reason;
   EXPECT_EQ(packed.T_map_query.matrix(), whole.T_map_query.matrix());
   EXPECT_EQ(packed.confidence, whole.confidence);
 }
 
-/// Check fix for: what a map remembers of its own stretches was judged by the model that the program
-/// comes with, whatever the options said.
+/// Check fix for: what a map remembers of its own stretches was judged by the model that the
+/// program comes with, whatever the options said.
 TEST(Mapper, AMapRemembersItsStretchesWithTheGivenVerdict) {
   const auto& drive = simulatedDrive();
   const test::TemporaryFolder folder;
@@ -219,11 +220,11 @@ TEST(Mapper, APackedMapGrowsAsAWholeOne) {
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", drive.map);
   map::SemanticMap packed = map::openMap(folder / "map.xvm"),
-                   whole = map::loadMap(folder / "map.xvm");
+                   whole = map::unpacked(map::openMap(folder / "map.xvm"));
   const std::size_t stretches = packed.own_stretches.size();
   appendToMap(packed, drive.map, {});
   appendToMap(whole, drive.map, {});
-  EXPECT_EQ(map::pointCount(packed), map::pointCount(whole));
+  EXPECT_EQ(map::countsOf(packed).points, map::countsOf(whole).points);
   EXPECT_EQ(packed.graph.size(), whole.graph.size());
   EXPECT_GT(packed.own_stretches.size(), stretches);
   EXPECT_LT(packed.own_stretches.size(), 2 * stretches) << "those of before are kept, not asked";
@@ -241,9 +242,9 @@ TEST(Mapper, ALargeMapGrowsPackedAsItDoesUnpacked) {
   const auto& session = *drive.sessions.at("rear");
   const Eigen::Isometry3d T_map_odom = session.truth(0) * session.pose(0).inverse();
   map::saveMap(folder / "rear.xvm", inFrameOf(large, buildMap({&session}, {}), T_map_odom));
-  const map::SemanticMap rear = map::loadMap(folder / "rear.xvm");  // rounded
+  const map::SemanticMap rear = map::unpacked(map::openMap(folder / "rear.xvm"));  // rounded
   map::SemanticMap packed = map::openMap(folder / "map.xvm"),
-                   whole = map::loadMap(folder / "map.xvm");
+                   whole = map::unpacked(map::openMap(folder / "map.xvm"));
   const auto fits = evidenceOfOneFrame(packed, rear, {}),
              also = evidenceOfOneFrame(whole, rear, {});
   ASSERT_TRUE(fits && also);
@@ -270,8 +271,8 @@ TEST(Mapper, ALargeMapGrowsPackedAsItDoesUnpacked) {
   EXPECT_EQ(packed.wrong_places.size(), whole.wrong_places.size());
   map::saveMap(folder / "packed.xvm", packed);
   map::saveMap(folder / "whole.xvm", whole);
-  const map::SemanticMap a = map::loadMap(folder / "packed.xvm"),
-                         b = map::loadMap(folder / "whole.xvm");
+  const map::SemanticMap a = map::unpacked(map::openMap(folder / "packed.xvm")),
+                         b = map::unpacked(map::openMap(folder / "whole.xvm"));
   EXPECT_EQ(a.bev.known.size(), b.bev.known.size());
   for (std::size_t c = 0; c < kBevChannels; ++c) {
     EXPECT_TRUE(std::equal(a.bev.samples[c].begin(), a.bev.samples[c].end(),
@@ -368,14 +369,14 @@ TEST(Mapper, ALongDriveIsMappedInPartsWhosePointsArePacked) {
   EXPECT_EQ(map.sources.size(), 1u);
   EXPECT_EQ(map.source_of_pose, std::vector<std::uint32_t>(map.poses.size(), 0));
   EXPECT_EQ(map.poses.size(), map.stamps_s.size());
-  ASSERT_NE(map::storedPoints(map), nullptr);
-  EXPECT_GT(map::storedPoints(map)->size(), map.cloud.size());
+  ASSERT_NE(map.stored_points, nullptr);
+  EXPECT_GT(map.stored_points->size(), map.cloud.size());
   EXPECT_TRUE(map.noise);
   const auto is_thrice = [](std::size_t all, std::size_t once) {
     EXPECT_NEAR(static_cast<double>(all), 3.0 * static_cast<double>(once),
                 0.05 * static_cast<double>(once));
   };
-  is_thrice(map::pointCount(map), one.cloud.size());
+  is_thrice(map::countsOf(map).points, one.cloud.size());
   is_thrice(map.bev.sampleCount(), one.bev.sampleCount());
   is_thrice(map.graph.size(), one.graph.size());
   // What is found in a copy at the same position relative to it is right.

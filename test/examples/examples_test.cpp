@@ -126,7 +126,7 @@ TEST_F(Examples, ARobotIsFollowedWithLabelsAndWithout) {
   EXPECT_NE(labelled.out.find("m by odometry"), std::string::npos) << labelled.out;
   succeed({"map", "-q", town("lidar"), file("lidar.xvm")});
   for (const std::string& recording : {town("lidar"), lidarWithoutLabels()}) {
-    const Outcome scans = runExample("05_follow", {file("lidar.xvm"), recording, "5"});
+    const Outcome scans = runExample("05_follow", {file("lidar.xvm"), recording, "10"});
     EXPECT_EQ(scans.code, 0) << recording << "\n" << scans.out << scans.err;
     EXPECT_NE(scans.out.find("m by fix"), std::string::npos) << recording << scans.out;
   }

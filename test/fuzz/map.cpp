@@ -16,12 +16,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::isDone([&] { opened.stored_vertices->bounds(); });
     fuzz::isDone([&] { map::unpackVertices(opened); });
   }
-  if (fuzz::isDone([&] { map = map::loadMap(path); })) {
-    fuzz::require(is_opened && map::vertexCount(opened) == map.graph.size());
+  if (fuzz::isDone([&] { map = map::unpacked(map::openMap(path)); })) {
+    fuzz::require(is_opened && map::countsOf(opened).vertices == map.graph.size());
     const std::string copy = fuzz::scratch() + "/out.xvm";
     std::filesystem::remove(copy);
     if (fuzz::isDone([&] { map::saveMap(copy, map); })) {
-      const map::SemanticMap again = map::loadMap(copy);
+      const map::SemanticMap again = map::unpacked(map::openMap(copy));
       fuzz::require(again.graph.size() == map.graph.size() &&
                     again.cloud.size() == map.cloud.size() &&
                     again.poses.size() == map.poses.size());

@@ -300,7 +300,7 @@ TEST(Localizer, AnswersAlikeWhetherTheViewOfALargeMapIsPackedOrNot) {
   map.null.view = search::fingerprintOf(map.bev);
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", map);
-  const map::SemanticMap whole = map::loadMap(folder / "map.xvm"),
+  const map::SemanticMap whole = map::unpacked(map::openMap(folder / "map.xvm")),
                          packed = map::openMap(folder / "map.xvm");
   ASSERT_NE(packed.stored_view, nullptr);
   const Localizer in_whole(map::borrowed(whole)), in_packed(map::borrowed(packed));
@@ -330,7 +330,7 @@ TEST(Localizer, AnswersAlikeWhetherTheVerticesOfABareGraphArePackedOrNot) {
   map.graph = drive.map.graph;
   const test::TemporaryFolder folder;
   map::saveMap(folder / "map.xvm", map);
-  const map::SemanticMap whole = map::loadMap(folder / "map.xvm"),
+  const map::SemanticMap whole = map::unpacked(map::openMap(folder / "map.xvm")),
                          packed = map::openMap(folder / "map.xvm");
   ASSERT_EQ(whole.stored_vertices, nullptr);
   ASSERT_NE(packed.stored_vertices, nullptr);

@@ -55,10 +55,10 @@ class ReducedMap : public ::testing::Test {
  protected:
   void SetUp() override {
     saveMap(path, mapWithAnOverview());
-    SemanticMap rounded = loadMap(path);  // as a file does
+    SemanticMap rounded = unpacked(openMap(path));  // as a file does
     rounded.overview.reset();
     saveMap(path, rounded);
-    whole = reduced(loadMap(path), shapesOnly(), labelsOfShapes());
+    whole = reduced(unpacked(openMap(path)), shapesOnly(), labelsOfShapes());
     opened = reduced(openMap(path), shapesOnly(), labelsOfShapes());
     ASSERT_TRUE(opened.stored_points && opened.stored_view && opened.stored_vertices);
   }
@@ -79,9 +79,9 @@ TEST_F(ReducedMap, HasTheSamePointsVerticesAndViewHoweverItWasRead) {
     columns.findOrAdd(column.x, column.y);
   EXPECT_TRUE(isSame(gathered(*opened.stored_view, columns, opened.bev), whole.bev));
 
-  ASSERT_EQ(vertexCount(opened), whole.graph.size());
+  ASSERT_EQ(countsOf(opened).vertices, whole.graph.size());
   for (std::uint32_t i = 0; i < whole.graph.size(); ++i)
-    EXPECT_EQ(vertexOf(opened, i).label, whole.graph.vertices[i].label);
+    EXPECT_EQ(allVertices(opened).at(i).label, whole.graph.vertices[i].label);
   opened.stored_vertices->forAll([&](std::uint32_t number, const Vertex& vertex) {
     EXPECT_EQ(vertex.label, whole.graph.vertices[number].label);
   });

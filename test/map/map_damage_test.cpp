@@ -38,7 +38,7 @@ std::string messageOf(Action&& action) {
 }
 
 std::string messageOfLoad(const std::string& path) {
-  return messageOf([&] { loadMap(path); });
+  return messageOf([&] { unpacked(openMap(path)); });
 }
 
 /// A sample map in a folder of its own, and ways to spoil it.
@@ -47,7 +47,7 @@ class DamagedMap : public ::testing::Test {
   void SetUp() override {
     saveMap(path_, sampleMap());
     sound_ = readText(path_);
-    map_ = loadMap(path_);
+    map_ = unpacked(openMap(path_));
   }
   void execute(const std::string& sql) {
     SQLite::Database(path_, SQLite::OPEN_READWRITE).exec(sql);
@@ -124,7 +124,7 @@ TEST_F(DamagedMap, FlippedBytesGiveTheSoundMapOrAnError) {
     bytes[place] = static_cast<char>(bytes[place] ^ (1 + random.below(255)));
     writeText(path_, bytes);
     try {
-      EXPECT_TRUE(isSame(loadMap(path_), map_))
+      EXPECT_TRUE(isSame(unpacked(openMap(path_)), map_))
           << "byte " << place;  // unused bytes of a page, counters
     } catch (const Error& e) {
       ++noticed;
@@ -142,7 +142,7 @@ TEST_F(DamagedMap, ManyFlippedBytesNeverCrash) {
     for (int k = 0; k < 20; ++k)
       bytes[100 + random.below(30000)] = static_cast<char>(random.below(256));
     writeText(path_, bytes);
-    messageOf([&] { EXPECT_TRUE(isSame(loadMap(path_), map_)); });
+    messageOf([&] { EXPECT_TRUE(isSame(unpacked(openMap(path_)), map_)); });
   }
 }
 
@@ -181,7 +181,7 @@ long loadingCosts_mb(const std::string& path) {
   const pid_t child = fork();
   if (child == 0) {
     const long before = peak_mb(RUSAGE_SELF);
-    test::messageOf<Error>([&] { loadMap(path); });
+    test::messageOf<Error>([&] { unpacked(openMap(path)); });
     _exit(static_cast<int>(std::min(255L, peak_mb(RUSAGE_SELF) - before)));
   }
   int status = 0;
@@ -396,7 +396,7 @@ TEST_F(DamagedMap, AJournalOfNothingEndsAtOnce) {
   header.replace(12, 4, std::string(4, '\0'));  // so that the sums of zeros are right
   writeText(path_ + "-journal", header);
   fs::resize_file(path_ + "-journal", std::uintmax_t{1} << 40);
-  EXPECT_TRUE(isSame(loadMap(path_), map_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), map_));
 }
 
 TEST_F(DamagedMap, AJournalThroughALinkToTheMapIsSeen) {

@@ -37,7 +37,7 @@ TEST(MapLock, ItsHolderReadsAndWrites) {
   const std::string path = folder / "town.xvm";
   saveMap(path, test::sampleMap());
   const MapLock lock(path);
-  const SemanticMap map = loadMap(path);
+  const SemanticMap map = unpacked(openMap(path));
   saveRevision(path, map, "again");
   EXPECT_TRUE(undoRevision(path));
 }

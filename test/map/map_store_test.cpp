@@ -26,7 +26,7 @@ using test::TemporaryFolder;
 SemanticMap throughFile(const SemanticMap& map) {
   const TemporaryFolder folder;
   saveMap(folder / "map.xvm", map);
-  return loadMap(folder / "map.xvm");
+  return unpacked(openMap(folder / "map.xvm"));
 }
 
 std::string messageOfSave(const std::string& path, const SemanticMap& map) {
@@ -188,16 +188,16 @@ TEST(MapStore, ReplacesAnExistingMap) {
   const TemporaryFolder folder;
   saveMap(folder / "a.xvm", sampleMap(1));
   saveMap(folder / "a.xvm", SemanticMap());
-  EXPECT_TRUE(isSame(loadMap(folder / "a.xvm"), SemanticMap()));
+  EXPECT_TRUE(isSame(unpacked(openMap(folder / "a.xvm")), SemanticMap()));
   saveMap(folder / "a.xvm", sampleMap(2));
-  EXPECT_TRUE(isSame(loadMap(folder / "a.xvm"), throughFile(sampleMap(2))));
+  EXPECT_TRUE(isSame(unpacked(openMap(folder / "a.xvm")), throughFile(sampleMap(2))));
 }
 
 TEST(MapStore, LeavesNoOtherFile) {
   const TemporaryFolder folder;
   saveMap(folder / "a.xvm", sampleMap(1));
   saveMap(folder / "a.xvm", sampleMap(2));
-  loadMap(folder / "a.xvm");
+  unpacked(openMap(folder / "a.xvm"));
   const auto files = std::filesystem::directory_iterator(folder.path());
   EXPECT_EQ(std::distance(begin(files), end(files)), 1);
 }

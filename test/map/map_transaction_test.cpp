@@ -57,10 +57,10 @@ class MapTransaction : public ::testing::Test {
  protected:
   void SetUp() override {
     saveMap(path_, sampleMap(1));
-    old_ = loadMap(path_);
+    old_ = unpacked(openMap(path_));
     const TemporaryFolder other;
     saveMap(other / "new.xvm", sampleMap(2));
-    new_ = loadMap(other / "new.xvm");
+    new_ = unpacked(openMap(other / "new.xvm"));
   }
 
   /// Of the changes that can be undone, oldest first.
@@ -91,7 +91,7 @@ TEST_F(MapTransaction, KilledWriterLeavesTheOldMapOrTheNewOne) {
     usleep(delay_us);
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
-    const SemanticMap found = loadMap(path_);
+    const SemanticMap found = unpacked(openMap(path_));
     saw_old = saw_old || isSame(found, old_);
     EXPECT_TRUE(isSame(found, old_) || isSame(found, new_)) << delay_us;
   }
@@ -118,7 +118,7 @@ TEST_F(MapTransaction, KilledWriterLeavesNoNewMap) {
       continue;
     }
     ++with;
-    EXPECT_TRUE(isSame(loadMap(path), new_)) << delay_us;
+    EXPECT_TRUE(isSame(unpacked(openMap(path)), new_)) << delay_us;
     fs::remove(path);
   }
   EXPECT_GT(without, 0) << "no writer was killed before its end";
@@ -138,14 +138,14 @@ void dieWhileChanging(const std::string& path) {
 TEST_F(MapTransaction, UnfinishedChangeIsRolledBackByTheNextReader) {
   inChild([&] { dieWhileChanging(path_); });
   ASSERT_TRUE(fs::exists(path_ + "-journal"));
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
   EXPECT_EQ(filesIn(folder_.path()), 1u);
 }
 
 TEST_F(MapTransaction, UnfinishedChangeIsRolledBackByTheNextWriter) {
   inChild([&] { dieWhileChanging(path_); });
   saveMap(path_, sampleMap(2));
-  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), new_));
 }
 
 TEST_F(MapTransaction, FullDiskLeavesTheOldMap) {
@@ -160,7 +160,7 @@ TEST_F(MapTransaction, FullDiskLeavesTheOldMap) {
     saveMap(path_, larger);
   });
   EXPECT_EQ(code, 1);
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
   EXPECT_EQ(filesIn(folder_.path()), 1u);
 }
 
@@ -198,7 +198,7 @@ TEST_F(MapTransaction, ReadOnlyMapInAReadOnlyFolderLoads) {
   chmod(path_.c_str(), 0444);
   chmod(folder_.path().c_str(), 0555);
   const int code = inChildWithoutPrivileges([&] {
-    if (!isSame(loadMap(path_), old_)) _exit(4);
+    if (!isSame(unpacked(openMap(path_)), old_)) _exit(4);
   });
   chmod(folder_.path().c_str(), 0755);
   EXPECT_EQ(code, 0);
@@ -222,14 +222,14 @@ TEST_F(MapTransaction, ReadOnlyMapIsNotChanged) {
 TEST_F(MapTransaction, RevisionCanBeTakenBack) {
   const auto size = fs::file_size(path_);
   saveRevision(path_, new_, "fused rear 30-59");
-  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), new_));
   EXPECT_EQ(notesOfRevisions(), std::vector<std::string>{"fused rear 30-59"});
   EXPECT_TRUE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
   EXPECT_TRUE(notesOfRevisions().empty());
   EXPECT_EQ(fs::file_size(path_), size);
   EXPECT_FALSE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
 }
 
 TEST_F(MapTransaction, RevisionsAreTakenBackOneByOne) {
@@ -238,11 +238,11 @@ TEST_F(MapTransaction, RevisionsAreTakenBackOneByOne) {
   saveRevision(path_, old_, "third");
   EXPECT_EQ(notesOfRevisions(), (std::vector<std::string>{"first", "second", "third"}));
   EXPECT_TRUE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), SemanticMap()));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), SemanticMap()));
   EXPECT_TRUE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), new_));
   EXPECT_TRUE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
   EXPECT_FALSE(undoRevision(path_));
 }
 
@@ -273,14 +273,14 @@ TEST_F(MapTransaction, AMapIsReplacedWithItsRecord) {
   saveRevision(other, new_, "added", &visit);
   replaceMap(path_, other);
   EXPECT_EQ(readText(path_).size(), readText(other).size());
-  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), new_));
   ASSERT_EQ(readRevisions(path_).size(), 1u);
   EXPECT_TRUE(isSame(loadVisit(path_, 0).place, new_));
   EXPECT_TRUE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
   std::ofstream(other) << "no map";
   EXPECT_THROW(replaceMap(path_, other), Error);
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
 }
 
 TEST_F(MapTransaction, SavingForgetsTheRevisions) {
@@ -288,7 +288,7 @@ TEST_F(MapTransaction, SavingForgetsTheRevisions) {
   saveMap(path_, old_);
   EXPECT_TRUE(notesOfRevisions().empty());
   EXPECT_FALSE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
 }
 
 TEST_F(MapTransaction, RevisionStoresOnlyWhatChanges) {
@@ -311,7 +311,7 @@ TEST_F(MapTransaction, AMapThatWasPackedIsWrittenAsOneThatWasLoaded) {
   useRadius(large.graph, {});
   saveMap(path_, large);
   for (const int change : {0, 1, 2, 3}) {
-    SemanticMap grown = openMap(path_), loaded = loadMap(path_);
+    SemanticMap grown = openMap(path_), loaded = unpacked(openMap(path_));
     unpackVertices(grown);
     ASSERT_NE(grown.packed_vertices, nullptr);
     for (SemanticMap* map : {&grown, &loaded}) {
@@ -335,7 +335,7 @@ TEST_F(MapTransaction, SeveralChangesAreMadeTogetherOrNotAtAll) {
     MapChanges changes(path_);
     changes.add(new_, "first", &visit);
     changes.add(SemanticMap(), "second");
-    EXPECT_TRUE(isSame(loadMap(path_), old_)) << "others see it when it is done";
+    EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_)) << "others see it when it is done";
   }
   EXPECT_EQ(readText(path_), before);
   EXPECT_EQ(filesIn(folder_.path()), 1u);
@@ -344,16 +344,16 @@ TEST_F(MapTransaction, SeveralChangesAreMadeTogetherOrNotAtAll) {
   changes.add(new_, "first", &visit);
   changes.add(SemanticMap(), "second");
   changes.commit();
-  EXPECT_TRUE(isSame(loadMap(path_), SemanticMap()));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), SemanticMap()));
   EXPECT_EQ(notesOfRevisions(), (std::vector<std::string>{"first", "second"}));
   EXPECT_TRUE(isSame(loadVisit(path_, 0).place, new_));
   EXPECT_TRUE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), new_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), new_));
   EXPECT_TRUE(undoRevision(path_));
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
 
   MapChanges(path_).commit();  // of nothing
-  EXPECT_TRUE(isSame(loadMap(path_), old_));
+  EXPECT_TRUE(isSame(unpacked(openMap(path_)), old_));
   EXPECT_THROW(MapChanges(folder_ / "none.xvm"), Error);
 }
 

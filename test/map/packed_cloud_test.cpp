@@ -39,13 +39,13 @@ class PackedCloudTest : public ::testing::Test {
 
 TEST_F(PackedCloudTest, AnOpenedMapHoldsItsPointsPacked) {
   EXPECT_TRUE(opened.cloud.empty());
-  EXPECT_EQ(pointCount(opened), 256u);
-  EXPECT_EQ(storedPoints(opened)->columns().size(), 4u);
-  EXPECT_EQ(storedPoints(opened)->pointsOf({1, 0})->size(), 64u);
-  EXPECT_EQ(storedPoints(opened)->pointsOf({7, 0})->size(), 0u);
+  EXPECT_EQ(countsOf(opened).points, 256u);
+  EXPECT_EQ(opened.stored_points->columns().size(), 4u);
+  EXPECT_EQ(opened.stored_points->pointsOf({1, 0})->size(), 64u);
+  EXPECT_EQ(opened.stored_points->pointsOf({7, 0})->size(), 0u);
   unpackPoints(opened);
-  EXPECT_EQ(storedPoints(opened), nullptr);
-  EXPECT_TRUE(isSame(opened, loadMap(folder / "map.xvm")));
+  EXPECT_EQ(opened.stored_points, nullptr);
+  EXPECT_TRUE(isSame(opened, unpacked(openMap(folder / "map.xvm"))));
 }
 
 TEST_F(PackedCloudTest, OnlyTheColumnsOfNewPointsAreUnpacked) {
@@ -56,8 +56,8 @@ TEST_F(PackedCloudTest, OnlyTheColumnsOfNewPointsAreUnpacked) {
   unpackPointsAround(near, opened);
   ASSERT_EQ(opened.cloud.size(), 64u);
   EXPECT_EQ(opened.cloud.points[0].x, 64.25F);
-  EXPECT_EQ(storedPoints(opened)->columns().size(), 3u);
-  EXPECT_EQ(pointCount(opened), 256u);
+  EXPECT_EQ(opened.stored_points->columns().size(), 3u);
+  EXPECT_EQ(countsOf(opened).points, 256u);
 }
 
 TEST_F(PackedCloudTest, APartlyUnpackedMapIsWrittenAsItWas) {

@@ -55,19 +55,19 @@ TEST_F(StreetMap, KeepsItsVerticesPackedToLocalize) {
   SemanticMap opened = openMap(path);
   ASSERT_NE(opened.stored_vertices, nullptr);
   EXPECT_TRUE(opened.graph.empty());
-  EXPECT_EQ(vertexCount(opened), kVertices);
-  const SemanticMap whole = loadMap(path);
+  EXPECT_EQ(countsOf(opened).vertices, kVertices);
+  const SemanticMap whole = unpacked(openMap(path));
   EXPECT_EQ(whole.stored_vertices, nullptr);
-  EXPECT_EQ(vertexCount(whole), kVertices);
+  EXPECT_EQ(countsOf(whole).vertices, kVertices);
   for (const std::uint32_t i : {0u, 1023u, 1024u, 2999u}) {
-    EXPECT_EQ(vertexOf(opened, i).points, i);
-    EXPECT_EQ(vertexOf(opened, i).position, map.graph.vertices[i].position);
-    EXPECT_EQ(vertexOf(whole, i).position, map.graph.vertices[i].position);
+    EXPECT_EQ(allVertices(opened).at(i).points, i);
+    EXPECT_EQ(allVertices(opened).at(i).position, map.graph.vertices[i].position);
+    EXPECT_EQ(allVertices(whole).at(i).position, map.graph.vertices[i].position);
   }
-  EXPECT_THROW(vertexOf(opened, kVertices), std::out_of_range);
+  EXPECT_THROW(allVertices(opened).at(kVertices), std::out_of_range);
 
   saveMap(folder / "again.xvm", opened);
-  EXPECT_TRUE(isSame(loadMap(folder / "again.xvm"), whole)) << "nothing is lost";
+  EXPECT_TRUE(isSame(unpacked(openMap(folder / "again.xvm")), whole)) << "nothing is lost";
   unpackVertices(opened);
   EXPECT_EQ(opened.stored_vertices, nullptr);
   EXPECT_TRUE(isSame(opened.graph, whole.graph));

@@ -81,7 +81,7 @@ class LargeMap : public ::testing::Test {
   /// Rounded as a file does.
   void SetUp() override {
     saveMap(path, largeMap(21));
-    SemanticMap rounded = loadMap(path);
+    SemanticMap rounded = unpacked(openMap(path));
     rounded.overview.reset();
     saveMap(path, rounded);
   }
@@ -90,18 +90,18 @@ class LargeMap : public ::testing::Test {
 };
 
 TEST_F(LargeMap, HasAnOverviewInItsFile) {
-  const SemanticMap map = loadMap(path);
+  const SemanticMap map = unpacked(openMap(path));
   ASSERT_NE(map.overview, nullptr);
   EXPECT_EQ(map.overview->tiles.size(), 22u * 22u) << "what was seen is grown by 1 m, to one side";
   expectSame(*map.overview, overviewOf(map.bev));
 
   saveMap(folder / "small.xvm", largeMap(10));
-  EXPECT_EQ(loadMap(folder / "small.xvm").overview, nullptr);
+  EXPECT_EQ(unpacked(openMap(folder / "small.xvm")).overview, nullptr);
 }
 
 TEST_F(LargeMap, KeepsItsViewPackedToLocalize) {
   SemanticMap opened = openMap(path);
-  const SemanticMap whole = loadMap(path);
+  const SemanticMap whole = unpacked(openMap(path));
   ASSERT_NE(opened.stored_view, nullptr);
   EXPECT_TRUE(hasView(opened));
   EXPECT_TRUE(opened.bev.known.empty());
@@ -121,14 +121,14 @@ TEST_F(LargeMap, KeepsItsViewPackedToLocalize) {
   EXPECT_TRUE(opened.stored_view->partOf({1000, 1000})->known.empty());
   EXPECT_TRUE(isSame(viewOf(opened), whole.bev));
   saveMap(folder / "again.xvm", opened);
-  EXPECT_TRUE(isSame(loadMap(folder / "again.xvm"), whole)) << "nothing is lost";
+  EXPECT_TRUE(isSame(unpacked(openMap(folder / "again.xvm")), whole)) << "nothing is lost";
   unpackView(opened);
   EXPECT_EQ(opened.stored_view, nullptr);
   EXPECT_TRUE(isSame(opened.bev, whole.bev));
 }
 
 TEST_F(LargeMap, WhoseWrongPlacesWereCountedOnAnotherViewIsUnpacked) {
-  SemanticMap map = loadMap(path);
+  SemanticMap map = unpacked(openMap(path));
   ++map.null.view;
   saveMap(path, map);
   EXPECT_EQ(openMap(path).stored_view, nullptr);
@@ -137,7 +137,7 @@ TEST_F(LargeMap, WhoseWrongPlacesWereCountedOnAnotherViewIsUnpacked) {
 
 TEST_F(LargeMap, ThatChangesHasTheOverviewOfWhatItIs) {
   for (const int change : {0, 1, 2}) {
-    SemanticMap map = loadMap(path);
+    SemanticMap map = unpacked(openMap(path));
     const MapOverview before = *map.overview;
     if (change == 0) {  // next to the corner of a column
       map.bev[BevChannel::pole].push_back({64.2F, 128.3F, 0});
@@ -156,7 +156,7 @@ TEST_F(LargeMap, ThatChangesHasTheOverviewOfWhatItIs) {
       }
     }
     saveMap(folder / "changed.xvm", map);
-    const SemanticMap changed = loadMap(folder / "changed.xvm");
+    const SemanticMap changed = unpacked(openMap(folder / "changed.xvm"));
     ASSERT_NE(changed.overview, nullptr);
     expectSame(*changed.overview, overviewOf(changed.bev));
     const auto squaresOf = [](const MapOverview& overview) {
@@ -168,14 +168,14 @@ TEST_F(LargeMap, ThatChangesHasTheOverviewOfWhatItIs) {
     };
     EXPECT_NE(squaresOf(*changed.overview), squaresOf(before)) << change;
   }
-  SemanticMap map = loadMap(path);
+  SemanticMap map = unpacked(openMap(path));
   map.bev.known.resize(map.bev.known.size() / 2);
   saveMap(folder / "half.xvm", map);
-  EXPECT_EQ(loadMap(folder / "half.xvm").overview, nullptr) << "no longer large";
+  EXPECT_EQ(unpacked(openMap(folder / "half.xvm")).overview, nullptr) << "no longer large";
 }
 
 TEST_F(LargeMap, ThatGrowsIsSeenFromAfarAnewWhereItGrew) {
-  SemanticMap map = loadMap(path);
+  SemanticMap map = unpacked(openMap(path));
   ASSERT_TRUE(hasOverview(map));
   const MapOverview before = *map.overview;
   for (const double x_m : {0.0, 300.0, -2000.0}) {  // over what is there, at its rim, far away
@@ -194,12 +194,12 @@ TEST_F(LargeMap, ThatGrowsIsSeenFromAfarAnewWhereItGrew) {
 
 TEST_F(LargeMap, GrowsPackedToWhatItGrowsToUnpacked) {
   for (const double x_m : {0.0, 63.5, 300.0}) {  // the last one at its rim
-    SemanticMap packed = openMap(path), whole = loadMap(path);
+    SemanticMap packed = openMap(path), whole = unpacked(openMap(path));
     const BevGrid addition = additionTo(packed.bev, x_m);
     for (SemanticMap* map : {&packed, &whole}) growView(addition, *map);
     ASSERT_NE(packed.stored_view, nullptr);
     ASSERT_EQ(whole.stored_view, nullptr);
-    EXPECT_GT(whole.bev.sampleCount(), loadMap(path).bev.sampleCount());
+    EXPECT_GT(whole.bev.sampleCount(), unpacked(openMap(path)).bev.sampleCount());
     EXPECT_EQ(packed.stored_view->sampleCount(), whole.bev.sampleCount());
     EXPECT_EQ(fingerprintOfView(packed), search::fingerprintOf(whole.bev));
     expectSame(*packed.overview, *whole.overview);
@@ -208,12 +208,13 @@ TEST_F(LargeMap, GrowsPackedToWhatItGrowsToUnpacked) {
     saveMap(folder / "whole.xvm", whole);
     EXPECT_EQ(test::readText(folder / "packed.xvm"), test::readText(folder / "whole.xvm"));
     EXPECT_NE(openMap(folder / "packed.xvm").stored_view, nullptr);
-    EXPECT_TRUE(isSame(loadMap(folder / "packed.xvm"), loadMap(folder / "whole.xvm")));
+    EXPECT_TRUE(
+        isSame(unpacked(openMap(folder / "packed.xvm")), unpacked(openMap(folder / "whole.xvm"))));
   }
 }
 
 TEST_F(LargeMap, ThatGrowsWhereNothingWasIsUnpacked) {
-  SemanticMap packed = openMap(path), whole = loadMap(path);
+  SemanticMap packed = openMap(path), whole = unpacked(openMap(path));
   const BevGrid addition = additionTo(packed.bev, -2000);
   for (SemanticMap* map : {&packed, &whole}) growView(addition, *map);
   EXPECT_EQ(packed.stored_view, nullptr);
@@ -221,7 +222,7 @@ TEST_F(LargeMap, ThatGrowsWhereNothingWasIsUnpacked) {
 }
 
 TEST_F(LargeMap, IsUnpackedOnlyWhereItIsAskedFor) {
-  const SemanticMap packed = openMap(path), whole = loadMap(path);
+  const SemanticMap packed = openMap(path), whole = unpacked(openMap(path));
   const Eigen::Vector2d low(whole.bev.origin_x - 10, whole.bev.origin_y - 60);
   const Eigen::AlignedBox2d box(low, low + Eigen::Vector2d(90, 70));
   const auto part = viewWithin(box, packed);
@@ -248,7 +249,7 @@ TEST_F(LargeMap, IsUnpackedOnlyWhereItIsAskedFor) {
 }
 
 TEST_F(LargeMap, CountsAtWrongPlacesAreThoseOfTheWholeView) {
-  const SemanticMap packed = openMap(path), whole = loadMap(path);
+  const SemanticMap packed = openMap(path), whole = unpacked(openMap(path));
   const DistanceField field(whole.bev);
   std::vector<Eigen::Vector2d> way;
   for (double x = -300; x < 300; x += 4) way.emplace_back(x, 0.3 * x);

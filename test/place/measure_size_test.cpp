@@ -101,7 +101,7 @@ TEST(MeasuredSizes, AMapKeepsItsSizeInItsFile) {
   const map::SemanticMap map = mapOfModel(kDeskScale);
   const std::string path = testing::TempDir() + "/model.xvm";
   map::saveMap(path, map);
-  const map::SemanticMap read = map::loadMap(path);
+  const map::SemanticMap read = map::unpacked(map::openMap(path));
   std::remove(path.c_str());
   EXPECT_EQ(read.size, kDeskScale);
   EXPECT_EQ(map.bev.cell_m, read.bev.cell_m);

@@ -24,7 +24,7 @@ std::string freshFile() {
 SemanticMap writtenAndRead(const SemanticMap& map) {
   const std::string path = freshFile();
   saveMap(path, map);
-  return loadMap(path);
+  return unpacked(openMap(path));
 }
 
 bool isNear(const LabelledCloud& a, const LabelledCloud& b) {
@@ -84,9 +84,9 @@ RC_GTEST_PROP(MapRoundTrip, KeepsWhatAChangeAddedAndTakesItBack, ()) {
   const Visit visit{*test::anyMap(), *test::anyLength(3)};
   const std::string note = *test::anyText(), path = freshFile();
   saveMap(path, before);
-  const SemanticMap first = loadMap(path);
+  const SemanticMap first = unpacked(openMap(path));
   saveRevision(path, after, note, &visit);
-  expectKept(loadMap(path), after);
+  expectKept(unpacked(openMap(path)), after);
   const std::vector<Revision> revisions = readRevisions(path);
   RC_ASSERT(revisions.size() == 1U);
   RC_ASSERT(revisions[0].note == note);
@@ -94,7 +94,7 @@ RC_GTEST_PROP(MapRoundTrip, KeepsWhatAChangeAddedAndTakesItBack, ()) {
   expectKept(read.place, visit.place);
   RC_ASSERT(read.sigma_m == visit.sigma_m);
   RC_ASSERT(undoRevision(path));
-  RC_ASSERT(isSame(loadMap(path), first));
+  RC_ASSERT(isSame(unpacked(openMap(path)), first));
   RC_ASSERT(!undoRevision(path));
 }
 

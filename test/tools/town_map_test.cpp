@@ -238,7 +238,7 @@ TEST_F(TinyTown, ADriveFusedUnderAnotherNameIsRefused) {
 
 /// How far the key frames of a source lie from where they should, at most [m].
 double worstPose(const std::string& map_path, const std::string& recording) {
-  const map::SemanticMap map = map::loadMap(map_path);
+  const map::SemanticMap map = map::unpacked(map::openMap(map_path));
   const std::vector<io::StampedPose> truth = io::readPoses(recording + "/groundtruth.txt");
   const auto source = static_cast<std::size_t>(
       std::find(map.sources.begin(), map.sources.end(), recording) - map.sources.begin());
@@ -261,11 +261,11 @@ TEST_F(TinyTown, SessionsWithoutACommonFrameAreJoinedAndStrangersLeftOut) {
   const Outcome outcome =
       succeed({"map", "-q", "--join", town("forward"), town("elsewhere"), town("rear"), joined});
   EXPECT_EQ(outcome.out.find(town("elsewhere") + ": left out: "), 0u) << outcome.out;
-  EXPECT_EQ(map::loadMap(joined).sources,
+  EXPECT_EQ(map::unpacked(map::openMap(joined)).sources,
             (std::vector<std::string>{town("forward"), town("rear")}));
   EXPECT_LT(worstPose(joined, town("rear")), 0.5);
   succeed({"map", "-q", "--undo", joined});
-  EXPECT_EQ(map::loadMap(joined).sources, std::vector<std::string>{town("forward")});
+  EXPECT_EQ(map::unpacked(map::openMap(joined)).sources, std::vector<std::string>{town("forward")});
 
   succeed({"map", "-q", town("rear"), file("rear.xvm")});
   succeed({"map", "-q", "--join", "--append", file("rear.xvm"), joined});
@@ -308,7 +308,7 @@ TEST_F(TinyTown, WhatOneSourceAddedIsTakenOutAndLaterAdditionsStay) {
   append(path);
   append(never);
   succeed({"map", "-q", "--without", town("rear"), path});
-  EXPECT_EQ(map::loadMap(path).sources, map::loadMap(never).sources);
+  EXPECT_EQ(map::unpacked(map::openMap(path)).sources, map::unpacked(map::openMap(never)).sources);
   succeed({"graph", "-q", path, file("with.ply")});
   succeed({"graph", "-q", never, file("never.ply")});
   EXPECT_TRUE(readText(file("with.ply")) == readText(file("never.ply")));
@@ -326,7 +326,8 @@ TEST_F(TinyTown, WhatNobodySeesAnyMoreIsForgotten) {
   const std::string before = readText(path);
   const Outcome pruned = succeed({"prune", "-q", path, "--absent", "1", "-o", file("less.xvm")});
   EXPECT_NE(pruned.out.find(" things forgotten"), std::string::npos) << pruned.out;
-  EXPECT_LT(map::loadMap(file("less.xvm")).graph.size(), map::loadMap(path).graph.size())
+  EXPECT_LT(map::unpacked(map::openMap(file("less.xvm"))).graph.size(),
+            map::unpacked(map::openMap(path)).graph.size())
       << "cars and people have moved on";
   EXPECT_EQ(map::readRevisions(file("less.xvm")).back().note.rfind("pruned ", 0), 0u);
   EXPECT_TRUE(readText(path) == before);

@@ -138,13 +138,14 @@ bool undoRevision(const std::string& path);
 /// A map as its file has it: of one of canonical scale the points stay packed until those of a
 /// place are asked for (`stored_points`), and so do the vertices, if their edges are those of a
 /// radius (`stored_vertices`), and the bird's-eye view of a large one (`stored_view`). A Localizer
-/// takes such a map, appendToMap() grows it, saveMap() writes it. The file is opened for reading
+/// takes such a map, appendToMap() grows it, saveMap() writes it, unpacked() has all of it in
+/// memory for whoever reads `cloud`, `graph` or `bev` as they are. The file is opened for reading
 /// only. Throws Error: missing, not a map, another schema version (the message names both),
 /// damaged.
 SemanticMap openMap(const std::string& path);
 
-/// The same with all of it in memory: in `cloud`, `graph` and `bev`.
-SemanticMap loadMap(const std::string& path);
+/// The same map with all of it in `cloud`, `graph` and `bev`. Throws Error if its file was damaged.
+SemanticMap unpacked(SemanticMap map);
 
 /// Held from reading a map to writing it back, so that two programs that add to it at one time add
 /// one after the other, and neither loses what the other added. The constructor waits for whoever

@@ -11,7 +11,7 @@ static_assert(XVIEW_VERSION_MAJOR * 100 + XVIEW_VERSION_MINOR >= 2, "the version
 int main(int argc, char** argv) {
   if (argc != 2) return std::string(XVIEW_VERSION_STRING).empty() ? 1 : 2;
   const pcl::PointCloud<pcl::PointXYZ> cloud;
-  const xview::Localizer localizer(xview::map::loadMap(argv[1]));
+  const xview::Localizer localizer(xview::map::unpacked(xview::map::openMap(argv[1])));
   const xview::Localization fix = localizer.localize(cloud);
   if (fix.accepted())
     std::cout << fix.T_map_query.matrix() << "\n";  // p_map = T_map_query * p_query
