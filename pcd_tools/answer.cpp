@@ -11,6 +11,7 @@
 
 #include "answer_json.h"
 #include "base/user_text.h"
+#include "map/contents.h"
 #include "xview/base/error.h"
 
 namespace xview::tools {
@@ -196,6 +197,7 @@ Answer answerFrom(const std::string& line) {
   Answer answer;
   answer.input = query.at("input").get<std::string>();
   answer.map = json.value("map", "");
+  answer.map_checksum = json.value("map_checksum", "");
   if (json.at("status") == kError) {
     answer.error = json.value("reason", "could not be read");
     return answer;
@@ -249,6 +251,15 @@ Answer answerFrom(const std::string& line) {
 
 }  // namespace
 
+Answer unansweredIn(const map::SemanticMap& map, const std::string& path, double load_map_ms) {
+  Answer answer;
+  answer.map = path;
+  answer.map_checksum = fmt::format("{:016x}", map::checksumOf(map));
+  answer.size = sizeText(map.size);
+  answer.load_map_ms = load_map_ms;
+  return answer;
+}
+
 Json poseJson(const Eigen::Isometry3d& T) {
   const Eigen::Vector3d p = T.translation();
   Eigen::Quaterniond q(T.rotation());
@@ -290,6 +301,7 @@ std::string toJson(const Answer& answer) {
   });
   json["size"] = answer.size;
   json["map"] = answer.map;
+  json["map_checksum"] = answer.map_checksum;
   json["T_map_query"] =
       has_pose ? rowMajor<4>(inLengthsOfQuery(fix.T_map_query, fix.scale)) : Json();
   json["pose"] = has_pose ? poseOf(answer) : Json();

@@ -9,6 +9,7 @@
 #include "localizer/tracker.h"
 #include "xview/base/localization.h"
 #include "xview/io/pose_files.h"
+#include "xview/map/semantic_map.h"
 #include "xview/sequence.h"
 
 namespace xview::tools {
@@ -17,6 +18,7 @@ namespace xview::tools {
 struct Answer {
   std::string input;             ///< path as given
   std::string map;               ///< path of the MAP as given
+  std::string map_checksum;      ///< 16 digits that tell it from any other map
   std::int64_t first_frame = 0;  ///< numbers of the frames, both inclusive
   std::int64_t last_frame = 0;
   std::size_t used_from = 0;   ///< position of the first frame that took part
@@ -50,6 +52,9 @@ std::string toJson(const Answer& answer);
 /// be missing (Answer::frames is then 0). Queries that could not be read are left out. Throws Error
 /// with path:line.
 std::vector<Answer> readAnswers(const std::string& path);
+
+/// What all answers share that are sought in a map. `path`: the MAP as given.
+Answer unansweredIn(const map::SemanticMap& map, const std::string& path, double load_map_ms);
 
 /// True poses of the frames of a recording, found by the rule of all poses files: one line per
 /// frame, or more lines, of which line N (from 0) belongs to frame N. A real time stamp that both

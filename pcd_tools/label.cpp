@@ -85,10 +85,10 @@ class LabelCommand final : public Command {
   ExitCode run(const Job& job) override {
     if (!(voxel_m_ >= 0)) throw UsageError(fmt::format("--voxel {}, must be >= 0", voxel_m_));
     const std::string& out = job.operands[1];
-    if (isCloudPath(out)) requireCloudPath(out);
+    if (isCloudFilePath(out)) requireCloudPath(out);
     Stopwatch watch;
     const auto source = openLabelled(job);
-    if (isCloudPath(out)) {
+    if (isCloudFilePath(out)) {
       writeCloud(out, liftAll(*source, job, voxel_m_), source->labels());
     } else {
       io::writeRecording(out, *source, {}, job.options.threads, job.narrate.progress("label"));

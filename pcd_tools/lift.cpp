@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/core.h>
 
+#include <filesystem>
+
 #include "inputs.h"
 #include "outputs.h"
 #include "tool.h"
@@ -16,12 +18,13 @@ class LiftCommand final : public Command {
  public:
   Description describe() const override {
     return {"lift",
-            "INPUT CLOUD.pcd",
+            "INPUT CLOUD.pcd|.ply|.las",
             "depth+label frames -> one labelled cloud in the odometry frame",
-            "Every measurement of a class that is not ignored becomes one point. The cloud is .pcd "
-            "or .ply by the ending of its name. Of a labelled cloud it is the same cloud again, "
-            "moved with --transform, its classes kept; of a map (.xvm) the points that it keeps. "
-            "With --tiles CLOUD is a folder as Autoware divides its map.",
+            "Every measurement of a class that is not ignored becomes one point. The cloud is "
+            ".pcd, .ply or .las by the ending of its name. Of a map (.xvm) it is the points that "
+            "the map keeps. A cloud that is moved with --transform alone is the same cloud again "
+            "with all its points and fields. With --tiles CLOUD is a folder as Autoware divides "
+            "its map.",
             "xview lift town/forward --frames 0:30 town.pcd",
             2,
             2,
@@ -44,6 +47,12 @@ class LiftCommand final : public Command {
     io::InputOptions input = input_.parsed();
     if (!transform_.empty()) input.moved = io::readMatrix(transform_);
     Stopwatch watch;
+    if (isOnlyMoved(job, input)) {
+      for (const std::string& note : io::copyCloud(job.operands[0], job.operands[1], *input.moved))
+        job.narrate.note(job.operands[0] + ": " + note);
+      job.narrate.stage("lift", watch.lap_ms(), "moved, with all its fields");
+      return kDone;
+    }
     const Lifted lifted = io::recogniseInput(job.operands[0], input) == io::InputKind::map
                               ? pointsOfMap(job.operands[0], input.moved)
                               : pointsOfFrames(job, input);
@@ -58,6 +67,15 @@ class LiftCommand final : public Command {
     LabelSet labels;
     std::string story;  ///< what became of it
   };
+
+  /// Whether nothing is asked of one cloud but that it be moved.
+  bool isOnlyMoved(const Job& job, const io::InputOptions& input) const {
+    return input.moved && tiles_m_ == 0 && voxel_m_ == 0 && input.labels.empty() &&
+           input.label_field.empty() && input.instance_field.empty() && !input.frames.begin &&
+           !input.frames.end && input.frames.step == 1 && io::isCloudFile(job.operands[0]) &&
+           std::filesystem::is_regular_file(job.operands[0]) &&
+           io::recogniseInput(job.operands[0], input) == io::InputKind::cloud;
+  }
 
   /// What has no labels gets them as it lies and is long when it was moved.
   Lifted pointsOfFrames(const Job& job, const io::InputOptions& input) const {

@@ -234,9 +234,7 @@ class LocalizeCommand final : public Command {
     const map::SemanticMap map = readMap(given);
     const Job job = inMap(given, map);
     const Localizer localizer(map::borrowed(map), job.options, input_.parsed().class_names);
-    unanswered_.map = given.operands.back();
-    unanswered_.size = sizeText(map.size);
-    unanswered_.load_map_ms = watch.lap_ms();
+    unanswered_ = unansweredIn(map, given.operands.back(), watch.lap_ms());
     const std::vector<std::string> queries = queriesOf(job);
     Results results(out_);
     if (csv_) results.print(csvHeading(), job.narrate);

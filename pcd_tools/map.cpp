@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "answer_table.h"
@@ -16,6 +17,7 @@
 #include "tool.h"
 #include "xview/base/error.h"
 #include "xview/base/localization.h"
+#include "xview/io/pose_files.h"
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
 
@@ -42,6 +44,9 @@ class MapCommand final : public Command {
     input_.declare(flags);
     flags.add("--append", append_, "add to an existing map");
     flags.add("--join", join_, "find each INPUT in the map of those before it");
+    flags.addOutput("--matrix", matrices_,
+                    "with --join: write where each INPUT is, 4 x 4 numbers (T_map_input), to a "
+                    "file of its name in this folder");
     flags.add("--without SOURCE", without_, "take out of MAP what was added from there");
     flags.add("--undo", undo_, "take back the last change of MAP");
     flags.add("--force", force_, "append also what contradicts the map or is in it already");
@@ -68,6 +73,7 @@ class MapCommand final : public Command {
         throw UsageError("--undo and --without are for a MAP alone");
       return undo_ ? undoLast(out) : takeOut(out, without_, job);
     }
+    if (!matrices_.empty() && !join_) throw UsageError("--matrix is for --join");
     if (inputs.empty()) throw UsageError("xview map needs INPUT... MAP.xvm, found 1 operand");
     const bool exists = std::filesystem::exists(out);
     if (exists && !map::isMapFile(out))
@@ -126,6 +132,7 @@ class MapCommand final : public Command {
     const Job job = inMap(given, map);
     MapDraft draft = onto ? MapDraft(out, out) : MapDraft(out, map);
     std::vector<std::string> waiting(inputs.begin() + (onto ? 0 : 1), inputs.end());
+    if (!onto) joined_.emplace_back(inputs.front(), Eigen::Isometry3d::Identity());
     const std::size_t all = waiting.size();
     std::vector<std::string> refusals;
     for (std::size_t before = all + 1; !waiting.empty() && waiting.size() < before;) {
@@ -144,6 +151,7 @@ class MapCommand final : public Command {
       fmt::print("{}: left out: {}\n", printable(waiting[i]), printable(refusals[i]));
     if (waiting.size() == all) return kNoPose;
     draft.commit();
+    if (!matrices_.empty()) writeMatrices();
     job.narrate.stage("join", watch.lap_ms(),
                       fmt::format("{} of {} found", all - waiting.size(), all));
     printMap(out, map);
@@ -152,7 +160,7 @@ class MapCommand final : public Command {
 
   /// Adds an input where it is found; else why it is not.
   std::string join(const std::string& path, map::SemanticMap& map, MapDraft& draft,
-                   const Job& job) const {
+                   const Job& job) {
     QueryInput input = openQuery(path, input_, job, map.labels);
     std::string refusal;
     const auto placed = placeVisit(
@@ -162,10 +170,29 @@ class MapCommand final : public Command {
     if (const auto objection = objectionTo(visit.place, map, "the map", job.options))
       return *objection;
     job.narrate.line(placed->how);
+    joined_.emplace_back(path, poseOfInput(*placed, input));
     appendToMap(map, visit.place, job.options);
     draft.add(map, fmt::format("joined {}, wrong {}", path, chanceWrongText(placed->confidence)),
               visit);
     return "";
+  }
+
+  /// Of the frame of an input, at its first pose: odometry drifts behind it.
+  static Eigen::Isometry3d poseOfInput(const PlacedVisit& placed, const QueryInput& input) {
+    const std::vector<Eigen::Isometry3d> poses = input.poses();
+    if (placed.is_whole || poses.empty() || poses.size() != placed.poses.size())
+      return placed.T_map_visit;
+    return placed.poses.front() * poses.front().inverse();
+  }
+
+  void writeMatrices() const {
+    std::filesystem::create_directories(matrices_);
+    std::map<std::string, int> used;
+    for (const auto& [path, T_map_input] : joined_) {
+      std::string name = std::filesystem::path(path).lexically_normal().stem().string();
+      if (const int before = used[name]++; before > 0) name += fmt::format("_{}", before + 1);
+      io::writeMatrix(matrices_ + "/" + name + ".txt", T_map_input);
+    }
   }
 
   static void logBuilt(std::size_t inputs, Stopwatch& watch, const Job& job) {
@@ -235,6 +262,8 @@ class MapCommand final : public Command {
 
   InputFlags input_;
   std::string without_;
+  std::string matrices_;
+  std::vector<std::pair<std::string, Eigen::Isometry3d>> joined_;  ///< inputs, T_map_input
   bool append_ = false, join_ = false, undo_ = false, force_ = false;
 };
 

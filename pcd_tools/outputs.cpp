@@ -90,14 +90,20 @@ bool isCloudPath(const std::string& path) {
   return endingOf(path) == ".pcd" || endingOf(path) == ".ply";
 }
 
+bool isCloudFilePath(const std::string& path) {
+  return isCloudPath(path) || endingOf(path) == ".las";
+}
+
 void requireCloudPath(const std::string& path) {
-  if (!isCloudPath(path)) throw UsageError(path + ": a cloud ends with .pcd or .ply");
+  if (!isCloudFilePath(path)) throw UsageError(path + ": a cloud ends with .pcd, .ply or .las");
   requireWritable(path);
 }
 
 void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels) {
   if (endingOf(path) == ".pcd")
     io::writePcd(path, cloud, &labels);
+  else if (endingOf(path) == ".las")
+    io::writeLas(path, cloud, &labels);
   else
     io::writePly(path, cloud, &labels);
 }

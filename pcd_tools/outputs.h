@@ -51,9 +51,10 @@ void removeStale(const std::string& path, const Narrative& narrate,
 
 std::string endingOf(const std::string& path);  ///< with the point: ".pcd"
 
-bool isCloudPath(const std::string& path);  ///< true if the ending is .pcd or .ply
+bool isCloudPath(const std::string& path);      ///< true if the ending is .pcd or .ply
+bool isCloudFilePath(const std::string& path);  ///< the same or .las
 
-/// Throws UsageError unless isCloudPath, Error if it cannot be written; called
+/// Throws UsageError unless isCloudFilePath, Error if it cannot be written; called
 /// before the work, not after it.
 void requireCloudPath(const std::string& path);
 /// PCD or PLY by the ending of the path, coloured by class.

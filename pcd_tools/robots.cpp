@@ -14,9 +14,7 @@ LoadedMap::LoadedMap(map::SemanticMap loaded, const Job& given, const ClassNames
       job(inMap(given, map)),
       localizer(map::borrowed(map), job.options, names) {
   job.narrate = Narrative(Verbosity::quiet);
-  unanswered.map = given.operands[0];
-  unanswered.size = sizeText(map.size);
-  unanswered.load_map_ms = load_ms;
+  unanswered = unansweredIn(map, given.operands[0], load_ms);
   ++count;
 }
 

@@ -271,6 +271,7 @@ class ServeCommand final : public Command {
   std::string healthText(const QueryPlaces::Load& load) const {
     return toText({{"status", load.status()},
                    {"map", job_->operands[0]},
+                   {"map_checksum", currentMap()->unanswered.map_checksum},
                    {"vertices", map::countsOf(currentMap()->map).vertices},
                    {"exchanges", exchanges_.load()},
                    {"running", load.running},

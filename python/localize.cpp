@@ -43,9 +43,7 @@ Seeker makeSeeker(const Map& map, double risk, double timeout_s, double max_memo
   seeker.options.size = sizeText(map.map->size);
   seeker.localizer =
       released([&] { return std::make_shared<const Localizer>(seeker.map, seeker.options); });
-  seeker.unanswered.map = map.path;
-  seeker.unanswered.size = seeker.options.size;
-  seeker.unanswered.load_map_ms = map.load_ms;
+  seeker.unanswered = tools::unansweredIn(*map.map, map.path, map.load_ms);
   return seeker;
 }
 

@@ -87,6 +87,7 @@ void merge(const map::SemanticMap& given, std::uint32_t first_source, const Opti
   const Options options = inCanonicalLengths(in_metres, map.size);
   const Scaled<map::SemanticMap> addition(given, 1 / map.size);
   if (map.size != kTownScale) scaleLengths(1 / map.size, map);
+  map.checksum = 0;
   mergeGraphs(map.graph, addition->graph, map.labels, options.merge, options.edges);
   map::growView(addition->bev, map);
   appendCloud(map, addition->cloud, options.map.cloud_voxel_m);

@@ -36,7 +36,9 @@ const CloudFormat* cloudFormatOf(const std::string& path) {
   return found == std::end(kCloudFormats) ? nullptr : found;
 }
 
-FileLayout readLayout(InputFile& file) {
+}  // namespace
+
+FileLayout readCloudLayout(InputFile& file) {
   const CloudFormat* format = cloudFormatOf(file.path());
   if (!format) file.fail("expected a file that ends in {}", fmt::join(cloudEndings(), ", "));
   FileLayout layout = format->readHeader(file);
@@ -44,11 +46,13 @@ FileLayout readLayout(InputFile& file) {
   return layout;
 }
 
-const Element& pointsOf(const FileLayout& layout, const InputFile& file) {
+const Element& pointsIn(const FileLayout& layout, const InputFile& file) {
   if (const Element* points = layout.findElement("point")) return *points;
   if (const Element* vertices = layout.findElement("vertex")) return *vertices;
   file.fail("has no element vertex");
 }
+
+namespace {
 
 /// Coordinates farther than this are stored relative to an origin. Numbers that are float32 in the
 /// file lose nothing in a float32 cloud; a text may have more digits than the type its header
@@ -246,8 +250,8 @@ float largestFloatCoordinate(const std::string& path) {
   struct Found {};  // one point is enough
   if (isTiledCloud(path)) return largestFloatCoordinate(firstTile(path));
   InputFile file(path);
-  const FileLayout layout = readLayout(file);
-  const Element& points = pointsOf(layout, file);
+  const FileLayout layout = readCloudLayout(file);
+  const Element& points = pointsIn(layout, file);
   const ChosenColumns columns(points, file);
   float largest = 0;
   if (layout.encoding == Encoding::ascii || columns.column(0).type != ScalarType::f32) return 0;
@@ -262,31 +266,28 @@ float largestFloatCoordinate(const std::string& path) {
   return largest;
 }
 
-bool tellsClasses(const std::string& path) {
-  struct Found {};  // one point is enough
+TellingPoints tellingPoints(const std::string& path) {
   constexpr std::uint32_t kTellNothing[] = {0, 1, 2, 7, 8, 12, 18, 20};
   InputFile file(path);
-  const FileLayout layout = readLayout(file);
-  const Element& points = pointsOf(layout, file);
+  const FileLayout layout = readCloudLayout(file);
+  const Element& points = pointsIn(layout, file);
+  TellingPoints result;
   const auto label = findIdColumns(points, {}, file).label;
-  if (!label) return false;
-  try {
-    readTable(file, layout, points, {*label}, [&](const double* value, const RowPlace&) {
-      const auto id = static_cast<std::uint32_t>(*value) & layout.label_bits;
-      const auto end = std::end(kTellNothing);
-      if (std::find(std::begin(kTellNothing), end, id) == end) throw Found();
-    });
-  } catch (const Found&) {
-    return true;
-  }
-  return false;
+  if (!label) return result;
+  readTable(file, layout, points, {*label}, [&](const double* value, const RowPlace&) {
+    const auto id = static_cast<std::uint32_t>(*value) & layout.label_bits;
+    const auto end = std::end(kTellNothing);
+    result.telling += std::find(std::begin(kTellNothing), end, id) == end;
+    ++result.all;
+  });
+  return result;
 }
 
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) {
   if (isTiledCloud(path)) return readTiledHeader(path, fields);
   InputFile file(path);
-  const FileLayout layout = readLayout(file);
-  const Element& points = pointsOf(layout, file);
+  const FileLayout layout = readCloudLayout(file);
+  const Element& points = pointsIn(layout, file);
   CloudHeader header;
   header.format = layout.format;
   header.points = static_cast<std::size_t>(points.rows);
@@ -304,8 +305,8 @@ LabelledCloud readCloud(const std::string& path, const CloudFields& fields, bool
   if (isTiledCloud(path)) return readTiledCloud(path, fields, require_label);
   InputFile file(path);
   try {
-    const FileLayout layout = readLayout(file);
-    const Element& points = pointsOf(layout, file);
+    const FileLayout layout = readCloudLayout(file);
+    const Element& points = pointsIn(layout, file);
     const IdColumns ids = findIdColumns(points, fields, file);
     if (require_label && !ids.label) {
       file.fail("has no label field, name one with --label-field; its fields: {}",

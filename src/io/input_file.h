@@ -90,6 +90,9 @@ std::string inQuotes(std::string_view text);
 /// What a path ends in, in lower case: ".pcd".
 std::string endingOf(const std::string& path);
 
+/// The lines of a text, without their ends.
+std::vector<std::string> linesOf(const std::string& text);
+
 /// The words of a line, separated by blanks and tabs.
 std::vector<std::string_view> splitWords(std::string_view line);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "las_writer.h"
 #include "point_table.h"
 #include "xview/base/error.h"
 
@@ -116,9 +117,10 @@ void readScales(const std::string& header, const InputFile& file, FileLayout& la
 
 /// What the records around the points say of the georeference and of the points.
 struct Records {
-  std::string wkt, ascii;  ///< texts of a coordinate system
-  std::uint16_t epsg = 0;  ///< its number; 0 = not given
-  std::size_t extra = 0;   ///< bytes per point that the records describe
+  std::string wkt, ascii;            ///< texts of a coordinate system
+  std::uint16_t epsg = 0;            ///< its number; 0 = not given
+  std::size_t extra = 0;             ///< bytes per point that the records describe
+  std::vector<std::string> classes;  ///< lines of writeLas() that name them
 };
 
 /// Keys 3072 (projected) and 2048 (geographic) of a GeoTIFF directory; 32767 is user-defined.
@@ -149,9 +151,10 @@ std::size_t extraBytesOf(const std::string& content) {
 void takeRecord(const std::string& user, std::uint16_t id, std::uint64_t bytes, InputFile& file,
                 Records& records) {
   const bool is_known = (user == "LASF_Projection" && (id == 2112 || id == 34735 || id == 34737)) ||
-                        (user == "LASF_Spec" && id == 4);
+                        (user == "LASF_Spec" && id == 4) || (user == kLasUser && id == kLasClasses);
   if (!is_known || bytes > kLongestText) return file.seek(file.position() + bytes);
   const std::string content = readString(file, bytes);
+  if (user == kLasUser) records.classes = linesOf(content);
   if (id == 2112) records.wkt = textAt(content, 0, content.size());
   if (id == 34737) records.ascii = textAt(content, 0, content.size());
   if (id == 34735) records.epsg = epsgOf(content);
@@ -230,6 +233,7 @@ FileLayout readLasHeader(InputFile& file) {
   readRecords(file, at<std::uint32_t>(header, 100), begin, records);
   if (at<std::uint8_t>(header, 25) >= 4) readRecordsBehind(file, header, records);
   layout.georeference = georeferenceOf(records);
+  layout.comments = std::move(records.classes);
   const Column& last = layout.elements[0].columns.back();
   const std::size_t beyond = last.name == "extra_bytes" ? last.count : 0;
   if (records.extra > beyond)

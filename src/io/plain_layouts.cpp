@@ -89,15 +89,28 @@ std::string coarseSteps(const std::string& path) {
       largest, std::to_string(step_m).substr(0, 4));
 }
 
-/// Classes of LAS files have the numbers of the ASPRS. Where they tell no things apart, the files
-/// are raw unless a label set was asked for.
+/// Classes of LAS files have the numbers of the ASPRS. Where few points are told apart by them, the
+/// files are raw unless a label set was asked for.
 void chooseLasClasses(RecordingListing& listing, const InputOptions& options,
                       const fs::path& folder) {
-  const bool tells =
-      std::any_of(listing.frames.begin(), listing.frames.end(),
-                  [](const ListedFrame& frame) { return tellsClasses(frame.measurement); });
-  if (!tells && options.labels.empty()) {
-    listing.notes.push_back("its points have no class but unclassified, ground or noise");
+  constexpr double kFewest = 0.02;             // share of the points
+  constexpr std::uint64_t kEnough = 10000000;  // points that are asked
+  TellingPoints asked;
+  for (const ListedFrame& frame : listing.frames) {
+    if (!options.labels.empty() || asked.all > kEnough) break;
+    const TellingPoints here = tellingPoints(frame.measurement);
+    asked.telling += here.telling;
+    asked.all += here.all;
+  }
+  const double share = asked.all > 0 ? static_cast<double>(asked.telling) / asked.all : 0;
+  if (share < kFewest && options.labels.empty()) {
+    listing.notes.push_back(
+        asked.telling == 0
+            ? std::string("its points have no class but unclassified, ground or noise")
+            : fmt::format(
+                  "only {:.2g} % of its points have a class other than unclassified, ground "
+                  "or noise, which `--labels las` would take",
+                  100 * share));
     return;
   }
   listing.labels =
@@ -117,7 +130,8 @@ void chooseLabels(RecordingListing& listing, const InputOptions& options, const 
   const std::string coarse = coarseSteps(listing.frames.front().measurement);
   if (!coarse.empty()) listing.notes.push_back(coarse);
   if (header.label_field.empty()) return;
-  if (header.format.rfind("LAS", 0) == 0 && header.label_field == "classification")
+  if (header.format.rfind("LAS", 0) == 0 && header.label_field == "classification" &&
+      !header.labels)
     return chooseLasClasses(listing, options, folder);
   if (header.label_field == "ObjTag" && !namedLabels(options, folder.string(), header.labels))
     listing.labels = carlaLabels(countLabels(listing, kCarlaFramesToLookAt));  // as CARLA writes

@@ -75,6 +75,12 @@ FileLayout readLasHeader(InputFile& file);
 /// frame of the file, and what else the points of the first scan have.
 FileLayout readE57Header(InputFile& file);
 
+/// The header of a cloud of any kind, by the ending of its name, checked against the size of the
+/// file. Throws Error.
+FileLayout readCloudLayout(InputFile& file);
+/// Its element "point" or "vertex". Throws Error if there is none.
+const Element& pointsIn(const FileLayout& layout, const InputFile& file);
+
 /// Throws Error if the rest of the file cannot hold the rows that the header announces. In 64 bit
 /// and before anything is allocated, so that a header of 200 bytes cannot demand gigabytes.
 void checkSize(const InputFile& file, const FileLayout& layout);
@@ -148,10 +154,12 @@ void readTable(InputFile& file, const FileLayout& layout, const Element& table,
 /// a binary file; else 0. No more is read.
 float largestFloatCoordinate(const std::string& path);
 
-/// Whether the classes of a LAS file tell things apart: any class but those of points that nobody
-/// classified, of ground, of noise and of overlapping flight lines. Reads no farther than the
-/// first.
-bool tellsClasses(const std::string& path);
+/// How many points of a LAS file have a class that tells things apart: any but those of points that
+/// nobody classified, of ground, of noise and of overlapping flight lines.
+struct TellingPoints {
+  std::uint64_t telling = 0, all = 0;
+};
+TellingPoints tellingPoints(const std::string& path);
 
 /// Throws Error if something other than blanks, blank lines or a little padding with zeros follows
 /// the last row.

@@ -60,6 +60,9 @@ struct Counts {
 };
 Counts countsOf(const SemanticMap& map);
 
+/// That of its file, or of its vertices and points if it is of none. Throws Error.
+std::uint64_t checksumOf(const SemanticMap& map);
+
 /// Calls visit(points) for the points of `cloud` and then column by column for packed ones, all
 /// from the origin of the cloud. isWanted(PlaneCell) chooses columns. Throws Error.
 template <class Visit, class IsWanted>

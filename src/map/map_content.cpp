@@ -124,6 +124,12 @@ class ContentReader {
     });
   }
 
+  std::uint64_t checksum() const {
+    ContentHash all;
+    for (const auto& [name, hash] : hashes_) all.add(hash);
+    return static_cast<std::uint64_t>(all.value());
+  }
+
   /// take(id, item) receives each row.
   template <class Item, class Take>
   void table(const std::string& name, Take&& take) {
@@ -634,6 +640,7 @@ SemanticMap readContent(SQLite::Database& database) {
   const std::string file = database.getFilename();  // a visit is one of another database
   readBulk(in, meta, static_cast<std::uint64_t>(file_bytes), file == ":memory:" ? "" : file, map);
   requireComplete(meta, map);
+  map.checksum = in.checksum();
   return map;
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/cells.h"
 #include "map/contents.h"
+#include "map_tables.h"
 #include "place/bev_grid.h"
 #include "search/distance_field.h"
 #include "xview/base/error.h"
@@ -283,6 +284,24 @@ void packPoints(SemanticMap& map) {
   if (const PackedCloud* packed = packedCloudOf(map)) mergeTiles(packed->tiles(), tiles);
   map.stored_points = std::make_shared<const PackedCloud>(std::move(tiles), "");
   map.cloud.points = {};
+}
+
+std::uint64_t checksumOf(const SemanticMap& map) {
+  if (map.checksum != 0) return map.checksum;
+  ContentHash hash;
+  allVertices(map).forEach([&](std::uint32_t, const Vertex& v) {
+    hash.add(static_cast<std::int64_t>(v.label));
+    for (const double coordinate : v.position) hash.add(coordinate);
+  });
+  const auto add = [&](const LabelledCloud& points) {
+    for (const Point& p : points.points) {
+      hash.add(static_cast<std::int64_t>(p.label));
+      for (const float coordinate : p.getVector3fMap()) hash.add(double{coordinate});
+    }
+  };
+  forPoints(
+      map, [](const PlaneCell&) { return true; }, add);
+  return static_cast<std::uint64_t>(hash.value());
 }
 
 Counts countsOf(const SemanticMap& map) {

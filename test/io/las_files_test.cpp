@@ -122,6 +122,40 @@ TEST_F(LasFiles, FlagsBesideTheClassAreNoPartOfItAndExtraBytesArePassedOver) {
   EXPECT_EQ(readCloud(write("a.las", newer.bytes())).points[0].label, 200u);
 }
 
+TEST_F(LasFiles, AMovedFileHasAllBytesButThoseOfCoordinates) {
+  for (int format = 0; format <= 10; ++format) {
+    LasFile file = threePoints(format);
+    file.extra_bytes = 5;
+    file.points[1].class_byte = 0xE5;
+    file.records = variableRecord("somebody", 7, "their own");
+    file.record_count = 1;
+    const std::string tail = "waveforms", bytes = file.bytes() + tail;
+    const std::string before = write("a.las", bytes), after = folder_ / "b.las";
+    Eigen::Affine3d moved(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()));
+    moved.translation() << 10, 20, 1;
+    copyCloud(before, after, moved);
+    const LabelledCloud from = readCloud(before), to = readCloud(after);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_LT((moved * from.position(i) - to.position(i)).norm(), 0.01) << format;
+      EXPECT_EQ(from.points[i].label, to.points[i].label) << format;
+    }
+    copyCloud(before, folder_ / "b.pcd", moved);
+    EXPECT_EQ(readCloud(folder_ / "b.pcd").points[1].label, to.points[1].label) << "no flags";
+    EXPECT_EQ(openRecording(folder_ / "b.pcd")->labels().className(2), "ground") << format;
+    std::string now = test::readText(after);
+    ASSERT_EQ(now.size(), bytes.size()) << format;
+    const std::size_t rows = bytes.size() - tail.size(),
+                      row = file.bytes().size() - LasFile{file.minor,  format,       {}, file.scale,
+                                                          file.offset, file.records, 1}
+                                                      .bytes()
+                                                      .size();
+    for (std::size_t i = 0; i < 3; ++i)
+      now.replace(rows - row + i * row / 3, 12, bytes, rows - row + i * row / 3, 12);
+    now.replace(131, 96, bytes, 131, 96);
+    EXPECT_EQ(now, bytes) << format;
+  }
+}
+
 TEST_F(LasFiles, TheGeoreferenceIsKept) {
   LasFile file = threePoints(1);
   const auto key = [](std::uint16_t id, std::uint16_t value) {
@@ -178,6 +212,20 @@ TEST_F(LasFiles, WhatNobodyClassifiedIsRaw) {
   InputOptions options;
   options.labels = "las";
   EXPECT_EQ(openRecording(path, options)->labels().name(), "las");
+}
+
+/// Check fix for: five points of a road surface made 4.8 million unclassified ones a labelled
+/// cloud.
+TEST_F(LasFiles, OfWhichFewPointsAreClassifiedAreRaw) {
+  LasFile file = threePoints(1);
+  for (LasPoint& point : file.points) point.class_byte = 6;
+  file.points.resize(200, {{12345678, -2345, 100}, 1});
+  const auto few = openRecording(write("few.las", file.bytes()));
+  EXPECT_TRUE(few->labels().empty());
+  ASSERT_FALSE(few->notes().empty());
+  EXPECT_NE(few->notes()[0].find("only 1.5 % of its points"), std::string::npos) << few->notes()[0];
+  for (int i = 3; i < 10; ++i) file.points[static_cast<std::size_t>(i)].class_byte = 5;
+  EXPECT_EQ(openRecording(write("enough.las", file.bytes()))->labels().name(), "las");
 }
 
 TEST_F(LasFiles, DamagedOnesEndInACloudOrAnError) {

@@ -15,6 +15,7 @@
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/cloud_files.h"
+#include "xview/io/recording.h"
 
 namespace xview::test {
 namespace {
@@ -186,6 +187,16 @@ TEST_F(FixFiles, LiftMovesALabelledCloudByTheMatrixAndKeepsItsClasses) {
     const Eigen::Vector3d expected = (T * before.position(i).homogeneous()).head<3>();
     ASSERT_LT((expected - after.position(i)).norm(), 1e-3) << i;
   }
+  ASSERT_EQ(
+      runXview({"lift", "-q", file("rear.pcd"), "--transform", file("T.txt"), file("moved.las")})
+          .code,
+      0);
+  const LabelledCloud las = io::readCloud(file("moved.las"));
+  ASSERT_EQ(las.size(), after.size());
+  EXPECT_EQ(las.points.back().label, after.points.back().label);
+  EXPECT_LT((las.position(9) - after.position(9)).norm(), 2e-3);
+  ASSERT_EQ(runXview({"lift", "-q", rear(), file("rear.las")}).code, 0);
+  EXPECT_EQ(io::openRecording(file("rear.las"))->labels(), io::openRecording(rear())->labels());
   EXPECT_EQ(io::readCloudHeader(file("moved.pcd")).labels->classes().size(),
             io::readCloudHeader(file("rear.pcd")).labels->classes().size());
   writeText(file("bent.txt"), "1 0 0 0\n0 2 0 0\n0 0 1 0\n0 0 0 1\n");

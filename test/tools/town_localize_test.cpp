@@ -268,15 +268,27 @@ TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
       jsonLines(succeed({"localize", "-q", "--json", town("rear"), map()}).out).at(0);
   std::vector<std::string> keys;
   for (const auto& [key, value] : answer.items()) keys.push_back(key);
-  const std::vector<std::string> expected{"query",      "status",   "reason",      "reason_code",
-                                          "confidence", "p_wrong",  "witnesses",   "statistics",
-                                          "size",       "map",      "T_map_query", "pose",
-                                          "covariance", "scale",    "gravity",     "gravity_reason",
-                                          "inliers",    "vertices", "matches",     "hypotheses",
-                                          "timing_ms"};
+  const std::vector<std::string> expected{
+      "query",     "status",     "reason",     "reason_code", "confidence",     "p_wrong",
+      "witnesses", "statistics", "size",       "map",         "map_checksum",   "T_map_query",
+      "pose",      "covariance", "scale",      "gravity",     "gravity_reason", "inliers",
+      "vertices",  "matches",    "hypotheses", "timing_ms"};
   EXPECT_EQ(keys, expected);
   EXPECT_EQ(answer["query"]["input"], town("rear"));
   EXPECT_EQ(answer["query"]["first_frame"], 0);
+  const std::string copy = file("copy.xvm"), other = file("other.xvm"), cloud = file("map.pcd");
+  fs::copy(map(), copy);
+  succeed({"map", "-q", town("rear"), other});
+  succeed({"lift", "-q", map(), cloud});
+  const auto checksumIn = [&](const std::string& of) {
+    return jsonLines(runXview({"localize", "-q", "--json", town("rear"), of}).out)
+        .at(0)["map_checksum"]
+        .get<std::string>();
+  };
+  EXPECT_EQ(checksumIn(map()).size(), 16u);
+  EXPECT_EQ(checksumIn(copy), checksumIn(map()));
+  EXPECT_NE(checksumIn(other), checksumIn(map()));
+  EXPECT_EQ(checksumIn(cloud), checksumIn(cloud));
   EXPECT_EQ(answer["query"]["last_frame"], answer["pose"]["frame"]);
   EXPECT_EQ(answer["T_map_query"].size(), 16u);
   EXPECT_EQ(answer["covariance"].size(), 36u);

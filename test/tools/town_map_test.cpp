@@ -9,6 +9,7 @@
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
 #include "xview/io/pose_files.h"
+#include "xview/io/recording.h"
 #include "xview/map/semantic_map.h"
 
 namespace xview::test {
@@ -258,8 +259,15 @@ double worstPose(const std::string& map_path, const std::string& recording) {
 
 TEST_F(TinyTown, SessionsWithoutACommonFrameAreJoinedAndStrangersLeftOut) {
   const std::string joined = file("joined.xvm");
-  const Outcome outcome =
-      succeed({"map", "-q", "--join", town("forward"), town("elsewhere"), town("rear"), joined});
+  const Outcome outcome = succeed({"map", "-q", "--join", "--matrix", file("placed"),
+                                   town("forward"), town("elsewhere"), town("rear"), joined});
+  EXPECT_TRUE(io::readMatrix(file("placed/forward.txt")).isApprox(Eigen::Affine3d::Identity()));
+  EXPECT_FALSE(fs::exists(file("placed/elsewhere.txt")));
+  const Eigen::Affine3d T_map_rear = io::readMatrix(file("placed/rear.txt"));
+  const Eigen::Vector3d begin = io::openRecording(town("rear"))->pose(0).translation();
+  const auto truth = io::readPoses(town("rear") + "/groundtruth.txt").front();
+  EXPECT_LT((T_map_rear * begin - truth.T_frame_sensor.translation()).norm(), 0.5);
+  EXPECT_EQ(runXview({"map", "--matrix", file("placed"), town("rear"), joined}).code, 2);
   EXPECT_EQ(outcome.out.find(town("elsewhere") + ": left out: "), 0u) << outcome.out;
   EXPECT_EQ(map::unpacked(map::openMap(joined)).sources,
             (std::vector<std::string>{town("forward"), town("rear")}));

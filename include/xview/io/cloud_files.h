@@ -64,6 +64,17 @@ void writePcd(const std::string& path, const LabelledCloud& cloud,
 void writePly(const std::string& path, const LabelledCloud& cloud,
               const LabelSet* labels = nullptr);
 
+/// Same as LAS 1.4 (class, class colour, millimetres); ids of classes are at most 255.
+void writeLas(const std::string& path, const LabelledCloud& cloud,
+              const LabelSet* labels = nullptr);
+
+/// A cloud file again as .pcd, .ply or .las by the ending of `to`, moved, with all its points and
+/// all fields of one number each: normals turn along, coordinates are double from 10 km on. Of LAS
+/// in LAS every byte stays but those of coordinates. Returns what it had to leave out, in
+/// sentences. Throws Error.
+std::vector<std::string> copyCloud(const std::string& from, const std::string& to,
+                                   const Eigen::Affine3d& moved);
+
 /// The cloud in square tiles as Autoware divides its map: `folder` gets
 /// pointcloud_map_metadata.yaml and pointcloud_map.pcd/, with one PCD as of writePcd() for each
 /// tile that has points. It appears whole or not at all; tiles of before are replaced. Throws

@@ -39,6 +39,7 @@ struct SemanticMap : Place {
   std::vector<std::uint32_t> source_of_pose;  ///< per key frame, a position in `sources`
   std::vector<std::string> sources;           ///< inputs it was built from, in order
   std::string program_version;                ///< that wrote the file it comes from
+  std::uint64_t checksum = 0;                 ///< of what that file holds; 0 = it is of none
   std::string options_yaml;                   ///< effective options of the last build
   std::vector<WrongPlace>
       wrong_places;  ///< of some of its own stretches; see measureNullHypothesis

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Clouds that are given back moved, with all that their points have.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "io/point_table.h"
+#include "small_files.h"
+#include "support/test_data.h"
+#include "xview/base/error.h"
+#include "xview/io/cloud_files.h"
+#include "xview/io/recording.h"
+
+namespace xview::io {
+namespace {
+
+using test::raw;
+
+/// The rows of a cloud file, each with the values of its fields.
+std::vector<std::vector<double>> rowsOf(const std::string& path) {
+  InputFile file(path);
+  const FileLayout layout = readCloudLayout(file);
+  const Element& points = pointsIn(layout, file);
+  std::vector<std::size_t> all(points.columns.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  std::vector<std::vector<double>> rows;
+  readTable(file, layout, points, all, [&](const double* values, const RowPlace&) {
+    rows.emplace_back(values, values + all.size());
+    for (int i = 0; i < 3; ++i)
+      rows.back()[static_cast<std::size_t>(i)] = values[i] * layout.scale[i] + layout.offset[i];
+  });
+  return rows;
+}
+
+class CloudCopies : public ::testing::Test {
+ protected:
+  CloudCopies() {
+    moved_.linear() = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()).matrix();
+    moved_.translation() << 100, 200, 3;
+    std::string body;
+    for (int i = 0; i < 3; ++i)
+      body += raw(1.5F * i) + raw(-2.0F) + raw(0.25F) + raw(0xFF8040C0U) + raw(1.0F) + raw(0.0F) +
+              raw(0.0F) + raw(0.5F * i) + raw(1700000000.125 + i) +
+              raw(static_cast<std::uint16_t>(7 + i)) + raw(static_cast<std::uint8_t>(40 + i)) +
+              raw(std::uint32_t{1}) + raw(std::uint32_t{2});
+    body.replace(0, 4, raw(std::numeric_limits<float>::quiet_NaN()));
+    test::writeText(pcd_,
+                    "# xview label_set own\n# xview class 40 object pole 1 2 3 lamp\nVERSION .7\n"
+                    "FIELDS x y z rgb normal_x normal_y normal_z intensity time ring label code\n"
+                    "SIZE 4 4 4 4 4 4 4 4 8 2 1 4\nTYPE F F F F F F F F F U U U\n"
+                    "COUNT 1 1 1 1 1 1 1 1 1 1 1 2\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA binary\n" +
+                        body);
+  }
+
+  test::TemporaryFolder folder_;
+  Eigen::Affine3d moved_ = Eigen::Affine3d::Identity();
+  const std::string pcd_ = folder_ / "a.pcd";
+};
+
+TEST_F(CloudCopies, KeepTheFieldsOfEveryPoint) {
+  const std::vector<std::string> fields{"x",        "y",        "z",        "rgb",
+                                        "normal_x", "normal_y", "normal_z", "intensity",
+                                        "time",     "ring",     "label"};
+  for (const char* name : {"b.pcd", "b.ply"}) {
+    const std::vector<std::string> notes = copyCloud(pcd_, folder_ / name, moved_);
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("code"), std::string::npos) << notes[0];
+    const CloudHeader header = readCloudHeader(folder_ / name);
+    EXPECT_EQ(header.fields, fields);
+    ASSERT_TRUE(header.labels);
+    EXPECT_EQ(header.labels->className(40), "lamp");
+    const auto rows = rowsOf(folder_ / name);
+    ASSERT_EQ(rows.size(), 3u);
+    EXPECT_TRUE(std::isnan(rows[0][0] + rows[0][1])) << "a point that was not measured stays";
+    EXPECT_NEAR(rows[2][0], 102, 1e-5);
+    EXPECT_NEAR(rows[2][1], 203, 1e-5);
+    EXPECT_NEAR(rows[2][5], 1, 1e-6) << "normals turn along";
+    EXPECT_EQ(rows[2][7], 1);
+    EXPECT_EQ(rows[2][8], 1700000002.125);
+    EXPECT_EQ(rows[2][9], 9);
+    EXPECT_EQ(rows[2][10], 42);
+    EXPECT_NE(test::readText(folder_ / name).find(raw(0xFF8040C0U)), std::string::npos)
+        << "a colour whose float is no number";
+  }
+}
+
+TEST_F(CloudCopies, InLasHaveClassIntensityTimeAndColour) {
+  moved_.translation() << 4.0e5, 5.3e6, 100;
+  const std::string las = folder_ / "b.las";
+  copyCloud(pcd_, las, moved_);
+  const LabelledCloud cloud = readCloud(las);
+  ASSERT_EQ(cloud.size(), 2u) << "what is not finite has no place in LAS";
+  EXPECT_LT((cloud.position(1) - Eigen::Vector3d(400002, 5300003, 100.25)).norm(), 1e-3);
+  EXPECT_EQ(cloud.points[1].label, 42u);
+  EXPECT_EQ(readCloudHeader(las).labels->className(40), "lamp");
+  const auto rows = rowsOf(las);
+  // X Y Z intensity returns flags classification user_data scan_angle point_source gps_time r g b
+  EXPECT_EQ(rows[1][3], 65535);
+  EXPECT_EQ(rows[1][4], 0x11);
+  EXPECT_EQ(rows[1][9], 9);
+  EXPECT_EQ(rows[1][10], 1700000002.125);
+  EXPECT_EQ(rows[1][11], 257 * 0x80);
+  EXPECT_EQ(rows[1][13], 257 * 0xC0);
+  copyCloud(las, folder_ / "c.ply", Eigen::Affine3d::Identity());
+  EXPECT_LT((readCloud(folder_ / "c.ply").position(1) - cloud.position(1)).norm(), 1e-6)
+      << "doubles far from the origin";
+  EXPECT_EQ(openRecording(las)->labels().className(40), "lamp")
+      << "they are not those of the ASPRS";
+}
+
+TEST_F(CloudCopies, OfLabelledCloudsAreReadFromLasAsTheyWere) {
+  LabelledCloud cloud;
+  cloud.origin << 4.0e5, 5.3e6, 100;
+  for (int i = 0; i < 5; ++i) cloud.points.emplace_back(0.5F * i, 1.0F, -0.25F * i, 3U);
+  LabelSet labels("own");
+  ClassInfo lamp;
+  lamp.id = 3;
+  lamp.name = "lamp";
+  lamp.kind = Kind::pole;
+  labels.add(lamp);
+  writeLas(folder_ / "a.las", cloud, &labels);
+  const LabelledCloud read = readCloud(folder_ / "a.las");
+  ASSERT_EQ(read.size(), cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    EXPECT_LT((read.position(i) - cloud.position(i)).norm(), 1e-3);
+  EXPECT_EQ(*readCloudHeader(folder_ / "a.las").labels, labels);
+  cloud.points[2].label = 256;
+  EXPECT_NE(test::messageOf<Error>([&] { writeLas(folder_ / "b.las", cloud); }).find("0 to 255"),
+            std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "b.las"));
+  cloud.points[2] = Point(1e9F, 0, 0, 1);
+  EXPECT_NE(test::messageOf<Error>([&] { writeLas(folder_ / "b.las", cloud); }).find(".ply"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace xview::io
