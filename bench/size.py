@@ -15,9 +15,9 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # room: folders and files, budget in lines, limit of what is above it
 ROOMS = {
     "include": (["include/xview"], 2600, None),
-    "base": (["src/base"], 3200, None),
+    "base": (["src/base"], 3200, 3365),
     "process": (["src/process"], 1000, None),
-    "place": (["src/place"], 7200, 8150),
+    "place": (["src/place"], 7200, 8170),
     "search": (["src/search"], 5400, 5920),
     "match": (["src/match"], 1300, 1795),
     "pose": (["src/pose"], 2800, None),
@@ -25,9 +25,9 @@ ROOMS = {
     "localizer": (["src/localizer"], 3300, 3690),
     "map": (["src/map"], 4000, None),
     "compare": (["src/compare"], 2100, 2330),
-    "io": (["src/io"], 5500, 5850),  # writes LAS, moves clouds with all their fields
-    "io/bags": (["src/io/bags"], 1900, 2130),
-    "io/e57, LAS": (["src/io/e57", "src/io/las_header.cpp"], 800, 850),
+    "io": (["src/io"], 5500, 5915),  # writes LAS, moves clouds with all their fields
+    "io/bags": (["src/io/bags"], 1900, 2260),
+    "io/e57, LAS": (["src/io/e57", "src/io/las_header.cpp"], 800, 860),
     "io/datasets": (["src/io/datasets"], 800, None),
     "view": (["src/view"], 2400, None),
     "eval": (["src/eval"], 600, None),
@@ -35,7 +35,7 @@ ROOMS = {
     "pcd_tools": (["pcd_tools"], 8000, 10905),
 }
 PUBLIC_HEADERS = 22
-ALL, ALL_LIMIT = 50000, 59370  # without the simulator
+ALL, ALL_LIMIT = 50000, 59610  # without the simulator
 
 
 def sources(path):

@@ -166,7 +166,10 @@ std::string LeftOut::text() const {
          << " km from the middle of the others";
   if (repeated > 0)
     text << (far > 0 ? "; " : "") << repeated << " of " << of << " points repeat one position";
-  if (any()) text << ", and are left out";
+  if (far + repeated > 0) text << ", and are left out";
+  if (no_class > 0)
+    text << (far + repeated > 0 ? "; " : "") << no_class << " of " << of
+         << " points have NaN for a class and are unlabelled";
   return text.str();
 }
 
@@ -174,6 +177,7 @@ LeftOut& LeftOut::operator+=(const LeftOut& other) {
   of += other.of;
   far += other.far;
   repeated += other.repeated;
+  no_class += other.no_class;
   farther_than_m = std::max(farther_than_m, other.farther_than_m);
   return *this;
 }

@@ -10,6 +10,7 @@
 #include <limits>
 #include <new>
 
+#include "base/median.h"
 #include "base/stray_points.h"
 #include "cloud_tiles.h"
 #include "point_table.h"
@@ -90,18 +91,22 @@ LabelledCloud readPoints(const InputFile& file, const FileLayout& layout, const 
   const bool has_flags = ids.label && points.columns[*ids.label].name == "classification";
   const std::uint32_t label_bits = has_flags ? layout.label_bits : ~std::uint32_t{0};
   CloudBuilder builder(farLimit(layout, columns));
+  std::size_t no_class = 0;
   read(columns.all(), [&](const double* values, const RowPlace& place) {
     if (place.row == 0) builder.reserve(likelyPoints(file, layout, points));
     const Eigen::Vector3d position =
         Eigen::Array3d(values[0], values[1], values[2]) * layout.scale + layout.offset;
     if (!position.allFinite()) return;  // a pixel without measurement; its label means nothing
     Point point;
+    no_class += label && std::isnan(values[*label]);
     point.label = columns.id(label, values, place) & label_bits;
     point.instance = columns.id(instance, values, place);
     point.sigma = columns.sigma(sigma, values, place);
     builder.add(position, point);
   });
-  return builder.finish(file.path());
+  LabelledCloud cloud = builder.finish(file.path());
+  cloud.left_out.no_class = no_class;
+  return cloud;
 }
 
 // ---- writing
@@ -188,16 +193,42 @@ std::string plyHeader(const LabelledCloud& cloud, const Contents& contents) {
 
 // ---- SemanticKITTI
 
-constexpr std::size_t kPointBytes = 4 * sizeof(float);
 constexpr std::size_t kLabelBytes = sizeof(std::uint32_t);
 
-std::size_t pointCount(const InputFile& scan) {
-  const std::uint64_t points = scan.size() / kPointBytes;
-  if (scan.size() % kPointBytes != 0) {
+/// How far neighbours in a scan usually lie from one another, if its points have so many numbers.
+float stepOf(const std::vector<float>& values, std::size_t numbers) {
+  std::vector<float> steps;
+  for (std::size_t i = numbers; i + 3 <= values.size(); i += numbers)
+    steps.push_back((Eigen::Map<const Eigen::Vector3f>(values.data() + i) -
+                     Eigen::Map<const Eigen::Vector3f>(values.data() + i - numbers))
+                        .norm());
+  return steps.empty() ? 0 : medianOf(std::move(steps));
+}
+
+/// Numbers of a point: four, or five as nuScenes has them: each fifth one is whole, as the ring of
+/// a laser is, and neighbours lie near one another.
+std::size_t numbersOfScan(InputFile& scan) {
+  constexpr std::size_t kLooked = 5000;
+  constexpr float kMostRings = 255, kNearer = 0.5F;
+  const std::size_t row = 5 * sizeof(float);
+  if (scan.size() == 0 || scan.size() % row != 0) return 4;
+  std::vector<float> values(5 * std::min<std::size_t>(kLooked / 5, scan.size() / row));
+  scan.readBytes(values.data(), values.size() * sizeof(float));
+  scan.seek(0);
+  for (std::size_t i = 4; i < values.size(); i += 5) {
+    if (!(values[i] >= 0 && values[i] <= kMostRings && values[i] == std::floor(values[i])))
+      return 4;
+  }
+  return stepOf(values, 5) < kNearer * stepOf(values, 4) ? 5 : 4;
+}
+
+std::size_t pointCount(const InputFile& scan, std::size_t numbers) {
+  const std::uint64_t points = scan.size() / (numbers * sizeof(float));
+  if (scan.size() % (numbers * sizeof(float)) != 0) {
     scan.fail(
         "expected 16 bytes per point (x y z intensity), found {} bytes: {} are left after {} "
         "points",
-        scan.size(), scan.size() % kPointBytes, points);
+        scan.size(), scan.size() % (numbers * sizeof(float)), points);
   }
   if (points > std::numeric_limits<std::int32_t>::max()) scan.fail("has more than 2^31 points");
   return static_cast<std::size_t>(points);
@@ -209,15 +240,16 @@ void requireLabels(const InputFile& labels, const InputFile& scan, std::size_t p
               scan.path(), labels.size());
 }
 
-LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::size_t points) {
-  std::vector<Eigen::Vector4f> positions(points);  // and intensities
+LabelledCloud readScan(InputFile& scan, std::optional<InputFile>& labels, std::size_t points,
+                       std::size_t numbers) {
+  std::vector<float> values(points * numbers);
   std::vector<std::uint32_t> ids(points, 0);
-  scan.readBytes(positions.data(), points * kPointBytes);
+  scan.readBytes(values.data(), values.size() * sizeof(float));
   if (labels) labels->readBytes(ids.data(), points * kLabelBytes);
   LabelledCloud cloud;
   cloud.points.reserve(points);
   for (std::size_t i = 0; i < points; ++i) {
-    const Eigen::Vector3f p = positions[i].head<3>();
+    const Eigen::Map<const Eigen::Vector3f> p(values.data() + i * numbers);
     if (!p.allFinite()) continue;
     Point point(p.x(), p.y(), p.z(), ids[i] & 0xFFFF);
     point.instance = ids[i] >> 16;
@@ -348,16 +380,21 @@ void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSe
   });
 }
 
+bool hasRings(const std::string& bin_path) {
+  InputFile scan(bin_path);
+  return numbersOfScan(scan) == 5;
+}
+
 LabelledCloud readKittiScan(const std::string& bin_path, const std::string& label_path) {
   InputFile scan(bin_path);
   std::optional<InputFile> labels;
-  const std::size_t points = pointCount(scan);
+  const std::size_t numbers = numbersOfScan(scan), points = pointCount(scan, numbers);
   if (!label_path.empty()) {
     labels.emplace(label_path);
     requireLabels(*labels, scan, points);
   }
   try {
-    return readScan(scan, labels, points);
+    return readScan(scan, labels, points, numbers);
   } catch (const std::bad_alloc&) {
     scan.fail("needs more memory than there is for its {} points", points);
   }

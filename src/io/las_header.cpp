@@ -98,6 +98,9 @@ Element pointsOf(const std::string& header, const InputFile& file) {
   const bool is_long = at<std::uint8_t>(header, 25) >= 4;
   points.rows = at<std::uint32_t>(header, 107);
   if (is_long && at<std::uint64_t>(header, 247) != 0) points.rows = at<std::uint64_t>(header, 247);
+  const std::uint64_t begin = at<std::uint32_t>(header, 96), room = file.size() - begin;
+  if (points.rows == 0 && begin < file.size() && room >= record && !is_long)
+    file.fail("its header counts 0 points, but has room for {} of {} bytes", room / record, record);
   return points;
 }
 
@@ -119,21 +122,23 @@ void readScales(const std::string& header, const InputFile& file, FileLayout& la
 struct Records {
   std::string wkt, ascii;            ///< texts of a coordinate system
   std::uint16_t epsg = 0;            ///< its number; 0 = not given
+  bool is_geographic = false;        ///< its number is that of latitudes and longitudes
   std::size_t extra = 0;             ///< bytes per point that the records describe
   std::vector<std::string> classes;  ///< lines of writeLas() that name them
 };
 
 /// Keys 3072 (projected) and 2048 (geographic) of a GeoTIFF directory; 32767 is user-defined.
-std::uint16_t epsgOf(const std::string& keys) {
-  std::uint16_t geographic = 0;
+void takeKeys(const std::string& keys, Records& records) {
+  std::uint16_t projected = 0, geographic = 0;
   for (std::size_t i = 8; i + 8 <= keys.size(); i += 8) {
     const std::uint16_t key = at<std::uint16_t>(keys, i), place = at<std::uint16_t>(keys, i + 2),
                         value = at<std::uint16_t>(keys, i + 6);
     if (place != 0 || value == 0 || value == 32767) continue;
-    if (key == 3072) return value;
+    if (key == 3072) projected = value;
     if (key == 2048) geographic = value;
   }
-  return geographic;
+  records.is_geographic = projected == 0 && geographic != 0;
+  records.epsg = projected != 0 ? projected : geographic;
 }
 
 /// Bytes of the fields that a record of extra bytes describes; each takes 192 bytes to describe.
@@ -157,7 +162,7 @@ void takeRecord(const std::string& user, std::uint16_t id, std::uint64_t bytes, 
   if (user == kLasUser) records.classes = linesOf(content);
   if (id == 2112) records.wkt = textAt(content, 0, content.size());
   if (id == 34737) records.ascii = textAt(content, 0, content.size());
-  if (id == 34735) records.epsg = epsgOf(content);
+  if (id == 34735) takeKeys(content, records);
   if (id == 4) records.extra = extraBytesOf(content);
 }
 
@@ -198,6 +203,21 @@ std::string georeferenceOf(const Records& records) {
   return text.empty() ? code : code + " " + text;
 }
 
+/// Throws Error if x and y are longitude and latitude.
+void requireLengths(const std::string& header, const Records& records, const InputFile& file) {
+  const bool by_text = records.wkt.rfind("GEOG", 0) == 0 || records.wkt.rfind("GEODCRS", 0) == 0;
+  const double west = at<double>(header, 187), south = at<double>(header, 203);
+  if (!(records.wkt.empty() ? records.is_geographic : by_text) ||
+      !(std::abs(west) <= 180 && std::abs(south) <= 90))
+    return;
+  const int zone = std::min(60, 1 + static_cast<int>(std::floor((west + 180) / 6)));
+  file.fail(
+      "its x and y are degrees ({}), not metres; reproject it: pdal translate {} OUT.las "
+      "reprojection --filters.reprojection.out_srs=EPSG:{}",
+      records.epsg != 0 ? fmt::format("EPSG:{}", records.epsg) : std::string("WKT"), file.path(),
+      (south < 0 ? 32700 : 32600) + zone);
+}
+
 /// The fixed part, as long as the header says that it is; it must be of a version that is known.
 std::string readFixedHeader(InputFile& file) {
   if (file.size() < kShortestHeader)
@@ -232,6 +252,7 @@ FileLayout readLasHeader(InputFile& file) {
   Records records;
   readRecords(file, at<std::uint32_t>(header, 100), begin, records);
   if (at<std::uint8_t>(header, 25) >= 4) readRecordsBehind(file, header, records);
+  requireLengths(header, records, file);
   layout.georeference = georeferenceOf(records);
   layout.comments = std::move(records.classes);
   const Column& last = layout.elements[0].columns.back();

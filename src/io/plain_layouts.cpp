@@ -121,9 +121,15 @@ void chooseLasClasses(RecordingListing& listing, const InputOptions& options,
         "them");
 }
 
+void noteRings(RecordingListing& listing) {
+  if (hasRings(listing.frames.front().measurement))
+    listing.notes.push_back(
+        "its points have five numbers; the fifth, a whole one, is taken as the ring of the laser");
+}
+
 /// What the first cloud says of its classes holds for all; without a label field they are raw.
 void chooseLabels(RecordingListing& listing, const InputOptions& options, const fs::path& folder) {
-  if (isScan(listing.frames.front().measurement)) return;
+  if (isScan(listing.frames.front().measurement)) return noteRings(listing);
   const CloudFields fields{options.label_field, options.instance_field};
   const CloudHeader header = readCloudHeader(listing.frames.front().measurement, fields);
   listing.notes.insert(listing.notes.end(), header.notes.begin(), header.notes.end());
@@ -314,6 +320,7 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
     listing.labels = *named;
   else
     guessSemanticKittiLabels(listing, options);
+  if (!listing.frames.empty()) noteRings(listing);
   return listing;
 }
 

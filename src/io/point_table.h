@@ -150,6 +150,9 @@ LabelledCloud readStoredCloud(const InputFile& file, const Element& points, cons
 void readTable(InputFile& file, const FileLayout& layout, const Element& table,
                const std::vector<std::size_t>& columns, const RowVisitor& visit);
 
+/// Whether the points of a scan (readKittiScan) have five numbers.
+bool hasRings(const std::string& bin_path);
+
 /// The largest coordinate, but for its sign, of the first point of a cloud, if they are float32 in
 /// a binary file; else 0. No more is read.
 float largestFloatCoordinate(const std::string& path);
@@ -189,7 +192,7 @@ class ChosenColumns {
   const std::vector<std::size_t>& all() const { return columns_; }
   const Column& column(std::size_t slot) const { return element_.columns[columns_[slot]]; }
   /// A class or instance id from a number of any type. Negative numbers, and the largest of 32 and
-  /// 64 bit, which is how -1 looks when it was stored unsigned, are 0: none. Fractions, NaN and
+  /// 64 bit, which is how -1 looks when it was stored unsigned, and NaN are 0: none. Fractions and
   /// numbers beyond 32 bit are errors.
   std::uint32_t id(const Slot& slot, const double* values, const RowPlace& place,
                    std::uint32_t absent = 0) const;

@@ -53,6 +53,11 @@ struct Entry {
   std::uint64_t line = 0;
 };
 
+/// "0" and "0.000" are.
+bool isSameNumber(const std::string& a, const std::string& b) {
+  return numberFrom<double>(a) == numberFrom<double>(b);
+}
+
 class PcdHeader {
  public:
   explicit PcdHeader(InputFile& file) : file_(file) {
@@ -75,6 +80,12 @@ class PcdHeader {
     layout_.elements[0].name = "point";
     layout_.elements[0].columns = columns();
     layout_.elements[0].rows = pointCount();
+    const auto viewpoint = entries_.find("VIEWPOINT");
+    const std::vector<std::string> none{"0", "0", "0", "1", "0", "0", "0"};
+    if (viewpoint != entries_.end() && !viewpoint->second.values.empty() &&
+        !std::equal(none.begin(), none.end(), viewpoint->second.values.begin(),
+                    viewpoint->second.values.end(), isSameNumber))
+      layout_.notes.push_back("its VIEWPOINT is not applied to its points, as in PCL");
     return layout_;
   }
 

@@ -433,8 +433,11 @@ std::uint32_t ChosenColumns::id(const Slot& slot, const double* values, const Ro
   constexpr double kMinusOne32 = 4294967295.0;
   constexpr double kMinusOne64 = 0x1p64;  // 2^64 - 1 as a double
   if (!slot) return absent;
-  const double value = values[*slot];
+  constexpr double kRounded = 1e-3;  // what float32 and text make of a whole number
+  double value = values[*slot];
   const Column& source = column(*slot);
+  if (std::isnan(value)) return 0;
+  if (std::abs(value - std::round(value)) <= kRounded) value = std::round(value);
   if (value == kMinusOne32 || (value == kMinusOne64 && source.type == ScalarType::u64)) return 0;
   const bool whole = std::isfinite(value) && value == std::floor(value);
   if (whole && value < 0) return 0;

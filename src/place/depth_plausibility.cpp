@@ -382,9 +382,27 @@ Eigen::Matrix3d turnUpright(int axis, int sign) {
   return turn.toRotationMatrix().array().round() + 0.0;  // no -0
 }
 
+namespace {
+
+/// Longitude and latitude with a height in metres are as thin as nothing that stands.
+void requireNoDegrees(const Eigen::AlignedBox3d& box, const std::string& name) {
+  constexpr double kWidest = 0.05, kLeastSlender = 100, kMostDegrees = 180;
+  if (box.isEmpty() || box.min().head<2>().cwiseAbs().maxCoeff() > kMostDegrees) return;
+  const double wide = box.sizes().head<2>().maxCoeff(), high = box.sizes().z();
+  if (wide > kWidest || high < 1 || high < kLeastSlender * wide) return;
+  throw Error(name,
+              fmt::format("its points fill {}, a needle; are x and y degrees? Lengths must be "
+                          "metres: pdal translate IN OUT reprojection "
+                          "--filters.reprojection.out_srs=EPSG:NUMBER",
+                          sizesText(box)));
+}
+
+}  // namespace
+
 void requireMetres(const Frame& frame, const std::string& name) {
   if (frame.sensor != Sensor::cloud) return;
   const Eigen::AlignedBox3d box = boxWithoutStrays(frame.cloud);
+  requireNoDegrees(box, name);
   // A country is high, too, but far wider.
   if (!isUnlikely(box, frame.cloud.size(), {1000, 0.02F, 10})) return;
   throw Error(name, fmt::format("its points fill {}; are their units millimetres, or "

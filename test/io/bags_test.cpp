@@ -271,6 +271,44 @@ TEST_F(Bags, StampsOfZeroAreThoseOfTheRecorder) {
   EXPECT_EQ(source->notes()[0].rfind("8 messages have no stamp", 0), 0u);
 }
 
+/// Check fix for: a scanner that counts from when it was switched on met no pose.
+TEST_F(Bags, StampsOfAnotherClockAreThoseOfTheRecorder) {
+  std::vector<BagMessage> messages;
+  for (int i = 0; i < 4; ++i) {
+    messages.push_back(
+        {"/o", "nav_msgs/Odometry", ns(100 + i),
+         test::odometryMessage(Wire::cdr_little, 1.7e9 + i, "odom", "lidar", bodyAt(100 + i))});
+    messages.push_back(
+        {"/p", "sensor_msgs/PointCloud2", ns(100 + i),
+         test::labelledCloudMessage(Wire::cdr_little, 3484 + i, "lidar", pointsOf(i))});
+  }
+  const auto source = openRecording(write("a.mcap", messages));
+  ASSERT_EQ(source->size(), 4u);
+  EXPECT_TRUE(source->pose(2).isApprox(bodyAt(102), 1e-6));
+  ASSERT_EQ(source->notes().size(), 1u);
+  EXPECT_NE(source->notes()[0].find("(3484.000 to 3487.000 s) are of another clock than those of "
+                                    "/o (1700000000.000 to 1700000003.000 s)"),
+            std::string::npos)
+      << source->notes()[0];
+}
+
+/// Check fix for: of a robot that lost its power nothing was read.
+TEST_F(Bags, PartsWithoutMetadataAreReadInTheOrderOfTheirNumbers) {
+  fs::create_directory(folder_ / "parts");
+  const auto messages = drive(Wire::cdr_little);
+  const std::size_t third = messages.size() / 3;
+  const std::string names[] = {"parts/d_2.mcap", "parts/d_9.mcap", "parts/d_10.mcap"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto begin = messages.begin() + static_cast<std::ptrdiff_t>(i * third);
+    write(names[i], {begin, i == 2 ? messages.end() : begin + static_cast<std::ptrdiff_t>(third)});
+  }
+  const auto source = openRecording(folder_ / "parts");
+  expectDrive(*source);
+  EXPECT_NE(source->notes().at(0).find("no metadata.yaml"), std::string::npos);
+  write("parts/another_0.mcap", messages);
+  EXPECT_FALSE(isBag(folder_ / "parts")) << "two recordings are not one";
+}
+
 TEST_F(Bags, CloudsInTheFrameOfTheOdometryAreTakenBackToTheSensor) {
   std::vector<BagMessage> messages;
   for (int i = 0; i < 3; ++i) {
@@ -387,6 +425,59 @@ TEST_F(Bags, DepthImagesAreReadWithTheirCameraInfo) {
     EXPECT_EQ(bagTopics(folder_ / name)[1].taken_as, "depth");
     EXPECT_EQ(bagTopics(folder_ / name)[0].taken_as, "camera");
   }
+}
+
+TEST_F(Bags, ImagesMayBePartsOfWhatTheSensorSees) {
+  const auto cameraOf = [&](const std::string& info) {
+    test::MessageWriter writer(Wire::cdr_little);
+    writer.header(1, "c").number(std::uint32_t{2}).number(std::uint32_t{3});
+    writer.text("16UC1").number(std::uint8_t{0}).number(std::uint32_t{6});
+    writer.number(std::uint32_t{12}).raw(std::string(12, 'd'));
+    return openRecording(
+               write("a.mcap", {{"/d/camera_info", "sensor_msgs/CameraInfo", 0, info},
+                                {"/d/image", "sensor_msgs/Image", ns(1), writer.bytes()}}))
+        ->read(0)
+        .camera;
+  };
+  const Wire wire = Wire::cdr_little;
+  const Camera binned = cameraOf(test::cameraInfoMessage(wire, "c", 6, 4, 50, {2, 0, 0, 0, 0}));
+  EXPECT_EQ(binned.fx, 25);
+  EXPECT_EQ(binned.cx, 1.25) << "the middle of pixel 0 of two is 0.5";
+  const Camera region = cameraOf(test::cameraInfoMessage(wire, "c", 9, 9, 50, {1, 4, 5, 3, 2}));
+  EXPECT_EQ(region.fx, 50);
+  EXPECT_EQ(region.cx, 0.5);
+  EXPECT_EQ(region.cy, -0.5);
+  EXPECT_EQ(region.height, 2);
+  for (const auto& [info, why] :
+       {std::pair(test::cameraInfoMessage(wire, "c", 9, 9, 50, {1, 7, 5, 3, 2}), "region"),
+        std::pair(test::cameraInfoMessage(wire, "c", 3, 2, 50, {}, "equidistant", 0.1),
+                  "rectify them")})
+    EXPECT_NE(test::messageOf<Error>([&] { cameraOf(info); }).find(why), std::string::npos);
+}
+
+TEST_F(Bags, DepthPackedByRvlIsRead) {
+  // 0 0 150 148 0 300 in numbers of four bits: 2 zeros, 2 others (+150, -2), 1 zero, 1 other
+  // (+152). Folded, 150 is 300 = 454 in eights from below: 4, 5, 4; 152 is 304 = 0, 6, 4; -2 is 3.
+  const std::vector<std::uint32_t> nibbles{2, 2, 4 | 8, 5 | 8, 4, 3, 1, 1, 0 | 8, 6 | 8, 4};
+  std::vector<std::uint32_t> words(2, 0);
+  for (std::size_t i = 0; i < nibbles.size(); ++i) words[i / 8] |= nibbles[i] << (28 - 4 * (i % 8));
+  const auto depthOf = [&](std::size_t bytes) {
+    const std::string packed = raw(words[0]) + raw(words[1]);
+    const std::string data = raw(std::int32_t{0}) + raw(0.0F) + raw(0.0F) + raw(std::int32_t{3}) +
+                             raw(std::int32_t{2}) + packed.substr(0, bytes);
+    test::MessageWriter writer(Wire::cdr_little);
+    writer.header(1, "c").text("16UC1; compressedDepth rvl");
+    writer.number(static_cast<std::uint32_t>(data.size())).raw(data);
+    return openRecording(
+               write("a.mcap", {{"/d/camera_info", "sensor_msgs/CameraInfo", 0,
+                                 test::cameraInfoMessage(Wire::cdr_little, "c", 3, 2, 50)},
+                                {"/d/image/compressedDepth", "sensor_msgs/CompressedImage", ns(1),
+                                 writer.bytes()}}))
+        ->read(0)
+        .depth.pixels;
+  };
+  EXPECT_EQ(depthOf(8), (std::vector<float>{0, 0, 0.15F, 0.148F, 0, 0.3F}));
+  EXPECT_NE(test::messageOf<Error>([&] { depthOf(4); }).find("ends at byte 4"), std::string::npos);
 }
 
 TEST_F(Bags, CompressedDepthIsRead) {

@@ -173,6 +173,26 @@ TEST_F(LasFiles, TheGeoreferenceIsKept) {
   EXPECT_EQ(readCloudHeader(write("a.las", file.bytes())).georeference, "PROJCS[\"local\"]");
 }
 
+/// Check fix for: degrees were taken as metres, and a place became a speck.
+TEST_F(LasFiles, DegreesAreRefusedWithTheWayToMetres) {
+  LasFile file = threePoints(1);
+  file.record_count = 1;
+  for (const std::string& records :
+       {variableRecord("LASF_Projection", 34735,
+                       raw(std::uint64_t{0}) + raw(std::uint16_t{2048}) + raw(std::uint16_t{0}) +
+                           raw(std::uint16_t{1}) + raw(std::uint16_t{4326})),
+        variableRecord("LASF_Projection", 2112, "GEOGCS[\"WGS 84\"]")}) {
+    file.records = records;
+    const std::string message = messageOf(file.bytes());
+    EXPECT_NE(message.find("degrees"), std::string::npos) << message;
+    EXPECT_NE(message.find("out_srs=EPSG:32631"), std::string::npos) << message;
+  }
+  std::string none = threePoints(1).bytes();
+  none.replace(107, 4, raw(0U));
+  EXPECT_NE(messageOf(none).find("has room for 3 of 28 bytes"), std::string::npos)
+      << messageOf(none);
+}
+
 TEST_F(LasFiles, LyingHeadersAreRefusedInOneLine) {
   const std::string good = threePoints(1).bytes();
   const auto with = [&](std::size_t at, const std::string& text) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <filesystem>
 #include <limits>
 
@@ -183,6 +185,25 @@ TEST_F(KittiScan, SizesThatDisagreeAreErrorsWithBothNumbers) {
   EXPECT_EQ(error(), scan_ +
                          ": expected 16 bytes per point (x y z intensity), found 19 bytes: 3 are "
                          "left after 1 points");
+}
+
+/// Check fix for: scans of nuScenes became noise where their size is that of rows of four.
+TEST_F(KittiScan, RowsOfFiveNumbersAreTold) {
+  std::string rows, labels;
+  for (int i = 0; i < 8; ++i) {
+    rows += point(0.5F * static_cast<float>(i), -1, 2) + raw(static_cast<float>(i * 4 % 32));
+    labels += raw(static_cast<std::uint32_t>(i));
+  }
+  write(rows, labels);
+  const LabelledCloud cloud = readKittiScan(scan_, labels_);
+  ASSERT_EQ(cloud.size(), 8u);
+  EXPECT_EQ(cloud.points[6].getVector3fMap(), Eigen::Vector3f(3, -1, 2));
+  EXPECT_EQ(cloud.points[6].label, 6u);
+  const auto source = openRecording(scan_);
+  const std::vector<std::string> notes = source->notes();
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+    return note.find("five numbers") != std::string::npos;
+  }));
 }
 
 TEST_F(KittiScan, AMissingLabelFileIsNamed) {

@@ -201,13 +201,16 @@ std::string transformsMessage(Wire wire, const std::vector<Transform>& transform
 }
 
 std::string cameraInfoMessage(Wire wire, const std::string& frame, std::uint32_t width,
-                              std::uint32_t height, double f) {
+                              std::uint32_t height, double f, const ImagePart& part,
+                              const std::string& lens, double distortion) {
   MessageWriter writer(wire);
-  writer.header(0, frame).number(height).number(width).text("plumb_bob").number(std::uint32_t{5});
-  for (int i = 0; i < 5; ++i) writer.number(0.0);
+  writer.header(0, frame).number(height).number(width).text(lens).number(std::uint32_t{5});
+  for (int i = 0; i < 5; ++i) writer.number(distortion);
   for (const double value : {f, 0.0, 0.5 * width, 0.0, f, 0.5 * height, 0.0, 0.0, 1.0})
     writer.number(value);
   for (int i = 0; i < 9 + 12; ++i) writer.number(0.0);
+  writer.number(part.binning).number(part.binning).number(part.x).number(part.y);
+  writer.number(part.height).number(part.width).number(std::uint8_t{0});
   return writer.bytes();
 }
 

@@ -62,8 +62,13 @@ struct Transform {
   Eigen::Isometry3d T;
 };
 std::string transformsMessage(Wire wire, const std::vector<Transform>& transforms);
+/// What of a sensor its images show: one of so many pixels, of a region.
+struct ImagePart {
+  std::uint32_t binning = 0, x = 0, y = 0, width = 0, height = 0;
+};
 std::string cameraInfoMessage(Wire wire, const std::string& frame, std::uint32_t width,
-                              std::uint32_t height, double f);
+                              std::uint32_t height, double f, const ImagePart& part = {},
+                              const std::string& lens = "plumb_bob", double distortion = 0);
 
 /// Compressed with "zstd", "lz4" or "bz2".
 std::string packed(const std::string& compression, const std::string& bytes);

@@ -73,8 +73,9 @@ struct LeftOut {
   std::size_t far = 0;        ///< too far from the middle of the others
   std::size_t repeated = 0;   ///< at a position that many points have exactly
   double farther_than_m = 0;  ///< along an axis, what `far` counts
+  std::size_t no_class = 0;   ///< kept, but unlabelled: their class is not a number (NaN)
 
-  bool any() const { return far + repeated > 0; }
+  bool any() const { return far + repeated + no_class > 0; }
   std::string text() const;  ///< for a note; empty if there is nothing to say
   LeftOut& operator+=(const LeftOut& other);
 };

@@ -38,9 +38,8 @@ CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields =
 /// - The header is checked against the size of the file in 64 bit before anything is allocated;
 /// rows that are missing, too
 ///   short, too long or too many, and fields of the same name that are used, are errors.
-/// - Labels and instances may have any numeric type. Negative ones, and -1 stored unsigned, become
-/// 0; fractions, NaN and
-///   numbers beyond 32 bit are errors.
+/// - Labels and instances may have any numeric type. Negative ones, NaN, and -1 stored unsigned,
+///   become 0; fractions and numbers beyond 32 bit are errors.
 /// - Points that are not finite are dropped with their labels (PCD uses NaN for "no point").
 /// - If double coordinates go beyond 1 km, or coordinates in a text beyond 10 km, the first such
 /// point, rounded down to
@@ -83,8 +82,8 @@ void writeTiles(const std::string& folder, const LabelledCloud& cloud, int size_
                 const LabelSet* labels = nullptr);
 
 /// A SemanticKITTI scan: float32 x y z intensity and uint32 labels (class low, instance high 16
-/// bits). Points that are not finite are dropped. Throws Error, also if the two files disagree in
-/// the number of points.
+/// bits). Rows of five numbers are told by whole ones in the last place, the ring. Points that are
+/// not finite are dropped. Throws Error, also if the two files disagree in the number of points.
 LabelledCloud readKittiScan(const std::string& bin_path, const std::string& label_path);
 
 }  // namespace xview::io

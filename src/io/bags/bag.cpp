@@ -15,7 +15,10 @@ std::vector<std::string> filesOf(const std::string& path) {
   for (const auto& entry : fs::directory_iterator(path, failed)) {
     if (isBagFile(entry.path())) files.push_back(entry.path().string());
   }
-  std::sort(files.begin(), files.end());
+  // drive_2 before drive_10
+  std::sort(files.begin(), files.end(), [](const std::string& a, const std::string& b) {
+    return std::make_pair(a.size(), a) < std::make_pair(b.size(), b);
+  });
   if (files.empty()) throw Error(path, "no .mcap, .db3 or .bag in it");
   return files;
 }
@@ -34,6 +37,8 @@ bool isBagFile(const std::filesystem::path& path) {
 }
 
 Bag::Bag(const std::string& path) : path_(path) {
+  if (fs::is_directory(path) && !fs::exists(fs::path(path) / "metadata.yaml"))
+    notes_.push_back("has no metadata.yaml; its parts are read in the order of their numbers");
   std::map<std::pair<std::string, std::string>, Topic> topics;
   for (const std::string& file : filesOf(path)) {
     try {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <set>
 
 #include "base/user_text.h"
 #include "io/layouts.h"
@@ -189,9 +191,16 @@ Camera readCameraOf(const Bag& bag, const Choice& choice) {
 bool isBag(const std::string& path) {
   std::error_code failed;
   if (!fs::is_directory(path, failed)) return isBagFile(path);
-  if (!fs::exists(fs::path(path) / "metadata.yaml")) return false;
-  return std::any_of(fs::directory_iterator(path, failed), fs::directory_iterator(),
-                     [](const fs::directory_entry& entry) { return isBagFile(entry.path()); });
+  const bool is_whole = fs::exists(fs::path(path) / "metadata.yaml");
+  std::set<std::string> names;  // of parts, without their numbers
+  for (const auto& entry : fs::directory_iterator(path, failed)) {
+    if (!isBagFile(entry.path())) continue;
+    const std::string stem = entry.path().stem().string();
+    const std::size_t number = stem.find_last_not_of("0123456789");
+    if (!is_whole && (number + 1 == stem.size() || stem.compare(number, 1, "_") != 0)) return false;
+    names.insert(stem.substr(0, number));
+  }
+  return is_whole ? !names.empty() : names.size() == 1;
 }
 
 std::vector<BagTopic> bagTopics(const std::string& path, const InputOptions& options) {
@@ -221,7 +230,18 @@ RecordingListing listBag(const std::string& path, const InputOptions& options) {
                                   "info that can be read{}",
                                   bag->topics().size(),
                                   listing.notes.empty() ? "" : "; it " + listing.notes.front()));
-  const Motion motion(*bag, *choice.measurements, choice.odometry);
+  std::optional<Motion> by_stamps, by_recorder;
+  by_stamps.emplace(*bag, *choice.measurements, choice.odometry, false);
+  if (!by_stamps->meets()) by_recorder.emplace(*bag, *choice.measurements, choice.odometry, true);
+  const bool other_clock = by_recorder && by_recorder->meets();
+  const Motion& motion = other_clock ? *by_recorder : *by_stamps;
+  if (other_clock)
+    listing.notes.push_back(fmt::format(
+        "the stamps of {} ({:.3f} to {:.3f} s) are of another clock than those of {} ({}): all are "
+        "taken at the time of the recorder",
+        printable(choice.measurements->topic), by_stamps->measured().front().stamp_s,
+        by_stamps->measured().back().stamp_s, printable(choice.odometry->topic),
+        by_stamps->span()));
   listing.notes.insert(listing.notes.end(), motion.notes().begin(), motion.notes().end());
   listFramesOf(*bag, motion, choice, options, listing);
   std::vector<MessageAt> messages;

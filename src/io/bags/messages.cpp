@@ -150,20 +150,91 @@ cv::Mat pixelsOf(Cursor& cursor, const Camera& camera) {
   return image;
 }
 
-/// compressed_depth_image_transport: a kind, two numbers of its quantization, and a PNG with 16-bit
-/// depth or, if it was float, its quantized inverse.
-cv::Mat unpackedPixels(Cursor& cursor, const Camera& camera) {
-  const bool is_float = cursor.text().substr(0, 5) == "32FC1";
-  const std::string_view data = cursor.take(cursor.number<std::uint32_t>());
-  if (data.size() < 12) cursor.fail("a compressed depth image of {} bytes", data.size());
-  const auto a = storedNumber<float>(data.data() + 4, false),
-             b = storedNumber<float>(data.data() + 8, false);
-  const std::vector<unsigned char> png(data.begin() + 12, data.end());
+/// Depth packed by RVL (Wilson, "Fast Lossless Depth Image Compression", ISS 2017): by turns how
+/// many pixels are zero, and how many are not with their differences, in numbers of four bits at a
+/// time, the highest of which says whether more follow.
+class RvlReader {
+ public:
+  RvlReader(Cursor& cursor, std::string_view data) : cursor_(cursor), data_(data) {}
+
+  cv::Mat read(int width, int height) {
+    cv::Mat image(height, width, CV_16UC1, cv::Scalar(0));
+    auto* const pixels = image.ptr<std::uint16_t>();
+    const auto all = static_cast<std::uint32_t>(width) * static_cast<std::uint32_t>(height);
+    std::int32_t last = 0;
+    for (std::uint32_t i = 0; i < all;) {
+      i += countOf(all - i);
+      for (std::uint32_t some = countOf(all - i); some > 0; --some) {
+        const std::uint32_t folded = number();
+        last += static_cast<std::int32_t>(folded >> 1) ^ -static_cast<std::int32_t>(folded & 1);
+        pixels[i++] = static_cast<std::uint16_t>(last);
+      }
+    }
+    return image;
+  }
+
+ private:
+  std::uint32_t countOf(std::uint32_t most) {
+    const std::uint32_t count = number();
+    if (count > most) cursor_.fail("depth packed by RVL has {} pixels too many", count - most);
+    return count;
+  }
+  std::uint32_t number() {
+    std::uint32_t value = 0, nibble = 8;
+    for (int shift = 0; nibble & 8; shift += 3) {
+      if (left_ == 0) {
+        if (at_ + 4 > data_.size() || shift > 30)
+          cursor_.fail("depth packed by RVL ends at byte {}", at_);
+        word_ = storedNumber<std::uint32_t>(data_.data() + at_, false);
+        at_ += 4;
+        left_ = 8;
+      }
+      nibble = word_ >> 28;
+      word_ <<= 4;
+      --left_;
+      value |= (nibble & 7) << shift;
+    }
+    return value;
+  }
+
+  Cursor& cursor_;
+  std::string_view data_;
+  std::size_t at_ = 0;
+  std::uint32_t word_ = 0;
+  int left_ = 0;  ///< numbers of four bits in the word
+};
+
+cv::Mat unpackedRvl(Cursor& cursor, std::string_view data, const Camera& camera) {
+  if (data.size() < 8) cursor.fail("depth packed by RVL of {} bytes", data.size());
+  const auto width = storedNumber<std::int32_t>(data.data(), false),
+             height = storedNumber<std::int32_t>(data.data() + 4, false);
+  requireSameSize(cursor.file().path(), width, height, "its camera info", camera.width,
+                  camera.height);
+  return RvlReader(cursor, data.substr(8)).read(width, height);
+}
+
+cv::Mat unpackedPng(Cursor& cursor, std::string_view data, const Camera& camera) {
+  const std::vector<unsigned char> png(data.begin(), data.end());
   const PngHeader header = checkPng(cursor.file().path(), png);
   requireSameSize(cursor.file().path(), header.width, header.height, "its camera info",
                   camera.width, camera.height);
   const cv::Mat image = decodePng(header, png);
   if (image.type() != CV_16UC1) cursor.fail("expected depth as a PNG of 16 bits");
+  return image;
+}
+
+/// compressed_depth_image_transport: a kind, two numbers of its quantization, and a PNG or RVL with
+/// 16-bit depth or, if it was float, its quantized inverse.
+cv::Mat unpackedPixels(Cursor& cursor, const Camera& camera) {
+  const std::string kind(cursor.text());
+  const bool is_float = kind.substr(0, 5) == "32FC1";
+  const std::string_view data = cursor.take(cursor.number<std::uint32_t>());
+  if (data.size() < 12) cursor.fail("a compressed depth image of {} bytes", data.size());
+  const auto a = storedNumber<float>(data.data() + 4, false),
+             b = storedNumber<float>(data.data() + 8, false);
+  const cv::Mat image = kind.find("rvl") != std::string::npos
+                            ? unpackedRvl(cursor, data.substr(12), camera)
+                            : unpackedPng(cursor, data.substr(12), camera);
   if (!is_float) return image;
   cv::Mat depth(image.rows, image.cols, CV_32F, 0.0F);
   for (int i = 0; i < image.rows * image.cols; ++i) {
@@ -218,8 +289,7 @@ std::string readEncoding(Cursor& cursor, Content content) {
 
 bool isDepthEncoding(const std::string& encoding, Content content) {
   if (content == Content::compressed_image)
-    return encoding.find("compressedDepth") != std::string::npos &&
-           encoding.find("rvl") == std::string::npos;
+    return encoding.find("compressedDepth") != std::string::npos;
   return encoding == "16UC1" || encoding == "mono16" || encoding == "32FC1";
 }
 
@@ -229,16 +299,52 @@ DepthImage readDepthMessage(Cursor& cursor, Content content, const Camera& camer
       kMillimetre_m, cursor.file().path());
 }
 
+namespace {
+
+/// Of the sensor an image may be a region, and of that every so many pixels.
+void takePart(Cursor& cursor, Camera& camera) {
+  const auto one = [&] {
+    return static_cast<double>(std::max(1U, cursor.number<std::uint32_t>()));
+  };
+  const double binning_x = one(), binning_y = one();
+  const auto x = cursor.number<std::uint32_t>(), y = cursor.number<std::uint32_t>(),
+             height = cursor.number<std::uint32_t>(), width = cursor.number<std::uint32_t>();
+  const auto part = [&](std::uint32_t whole, std::uint32_t offset, std::uint32_t some,
+                        double binning) {
+    if (some == 0) some = whole;
+    if (std::uint64_t{offset} + some > whole)
+      cursor.fail("a camera info whose region of interest, {} from {} on, is not within {} pixels",
+                  some, offset, whole);
+    return static_cast<int>(some / binning);
+  };
+  camera.width = part(static_cast<std::uint32_t>(camera.width), x, width, binning_x);
+  camera.height = part(static_cast<std::uint32_t>(camera.height), y, height, binning_y);
+  camera.fx /= binning_x;
+  camera.fy /= binning_y;
+  camera.cx = (camera.cx - x + 0.5) / binning_x - 0.5;
+  camera.cy = (camera.cy - y + 0.5) / binning_y - 0.5;
+}
+
+}  // namespace
+
 Camera readCameraInfo(Cursor& cursor) {
   constexpr std::uint32_t kMostPixels = 32768;
   const auto height = cursor.number<std::uint32_t>(), width = cursor.number<std::uint32_t>();
-  cursor.text();                                                                // of distortion
-  for (std::uint32_t i = cursor.count(8); i > 0; --i) cursor.number<double>();  // D
+  const std::string distortion(cursor.text());
+  double most_distorted = 0;
+  for (std::uint32_t i = cursor.count(8); i > 0; --i)
+    most_distorted = std::max(most_distorted, std::abs(cursor.number<double>()));
   double k[9], p[12];
   for (double& value : k) value = cursor.number<double>();
   for (int i = 0; i < 9; ++i) cursor.number<double>();  // R
   for (double& value : p) value = cursor.number<double>();
   const bool is_rectified = p[0] > 0;
+  if (!is_rectified && distortion != "plumb_bob" && distortion != "rational_polynomial" &&
+      !distortion.empty() && most_distorted > 0)
+    cursor.fail(
+        "a camera info of the lens model {}, whose images are not rectified (P is 0); rectify them "
+        "first, as image_proc does",
+        inQuotes(distortion));
   Camera camera;
   camera.width = static_cast<int>(std::min(width, kMostPixels + 1));
   camera.height = static_cast<int>(std::min(height, kMostPixels + 1));
@@ -247,6 +353,7 @@ Camera readCameraInfo(Cursor& cursor) {
   camera.fy = is_rectified ? p[5] : k[4];
   camera.cy = is_rectified ? p[6] : k[5];
   camera.depth_scale = kMillimetre_m;
+  takePart(cursor, camera);
   const bool is_whole = width > 0 && height > 0 && width <= kMostPixels && height <= kMostPixels;
   if (!is_whole || !(camera.fx > 0 && camera.fy > 0) ||
       !std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy))

@@ -14,8 +14,8 @@ void sortByTime(std::vector<StampedPose>& poses) {
 
 }  // namespace
 
-Motion::Motion(const Bag& bag, const Topic& measurements, const Topic* odometry)
-    : bag_(bag), measurements_(measurements), odometry_(odometry) {
+Motion::Motion(const Bag& bag, const Topic& measurements, const Topic* odometry, bool by_recorder)
+    : bag_(bag), measurements_(measurements), odometry_(odometry), by_recorder_(by_recorder) {
   if (isOfTransforms()) findWanted();
   readMessages();
   std::stable_sort(measured_.begin(), measured_.end(),
@@ -42,6 +42,11 @@ std::optional<Eigen::Isometry3d> Motion::at(double stamp_s) const {
   return T;
 }
 
+bool Motion::meets() const {
+  return std::any_of(measured_.begin(), measured_.end(),
+                     [&](const Measured& one) { return at(one.stamp_s).has_value(); });
+}
+
 std::string Motion::span() const {
   for (const Link* link : chain_) {
     if (!link->is_static)
@@ -58,8 +63,8 @@ bool Motion::isOfTransforms() const {
 }
 
 double Motion::stampOf(const MessageHeader& header, const MessageAt& message) {
-  if (header.stamp_s > 0) return header.stamp_s;
-  ++without_stamp_;
+  if (header.stamp_s > 0 && !by_recorder_) return header.stamp_s;
+  without_stamp_ += !by_recorder_;
   return 1e-9 * static_cast<double>(message.log_ns);
 }
 

@@ -22,8 +22,9 @@ struct Measured {
 /// are those of their headers, and of the recorder where those are 0.
 class Motion {
  public:
-  /// `odometry` are messages of isMotion(), or null. Both must outlive this object. Throws Error.
-  Motion(const Bag& bag, const Topic& measurements, const Topic* odometry);
+  /// `odometry` are messages of isMotion(), or null. Both must outlive this object. `by_recorder`:
+  /// all stamps are those of the recorder. Throws Error.
+  Motion(const Bag& bag, const Topic& measurements, const Topic* odometry, bool by_recorder);
 
   const std::vector<Measured>& measured() const { return measured_; }  ///< by their stamps
   const std::vector<std::string>& notes() const { return notes_; }
@@ -34,6 +35,8 @@ class Motion {
   /// T_odom_sensor; none if the poses around that time are too far apart.
   std::optional<Eigen::Isometry3d> at(double stamp_s) const;
   std::string span() const;  ///< of the poses, in words
+  /// Whether there is a pose for any measurement.
+  bool meets() const;
 
  private:
   /// Where a frame is in the one above it: poses in the order of time, or one for ever.
@@ -66,6 +69,7 @@ class Motion {
   const Bag& bag_;
   const Topic& measurements_;
   const Topic* odometry_;
+  bool by_recorder_;
   std::vector<Measured> measured_;
   std::string sensor_frame_, base_frame_;  ///< the latter is what the odometry moves
   std::vector<std::string> wanted_;  ///< frames above the sensor, if the odometry are transforms
