@@ -125,7 +125,8 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
   return known;
 }
 
-/// "scan_0" of "scans/scan_0.pcd" and of "scan_0/"
+}  // namespace
+
 std::string stemOf(const std::string& query) {
   const fs::path path(query);
   return (path.has_filename() ? path : path.parent_path()).stem().string();
@@ -140,8 +141,6 @@ void requireDistinct(const std::vector<std::string>& queries) {
           fmt::format("{} and {} would write one file: {}", at->second, query, at->first));
   }
 }
-
-}  // namespace
 
 std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& covariance_of_sensor,
                         double stamp_s, const std::optional<Eigen::Isometry3d>& T_sensor_base) {

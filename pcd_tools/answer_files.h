@@ -23,6 +23,11 @@ namespace xview::tools {
 std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& covariance,
                         double stamp_s, const std::optional<Eigen::Isometry3d>& T_sensor_base);
 
+/// "scan_0" of "scans/scan_0.pcd" and of "scan_0/".
+std::string stemOf(const std::string& query);
+/// Throws UsageError if two of them have one stem.
+void requireDistinct(const std::vector<std::string>& queries);
+
 /// The files that localize writes besides its answers.
 class AnswerFiles {
  public:

@@ -48,7 +48,10 @@ class LiftCommand final : public Command {
     if (!transform_.empty()) input.moved = io::readMatrix(transform_);
     Stopwatch watch;
     if (isOnlyMoved(job, input)) {
-      for (const std::string& note : io::copyCloud(job.operands[0], job.operands[1], *input.moved))
+      const LabelSet labels = io::openRecording(job.operands[0], input)->labels();
+      for (const std::string& note :
+           io::copyCloud(job.operands[0], job.operands[1], *input.moved,
+                         labels.isGeneric() || labels.empty() ? nullptr : &labels))
         job.narrate.note(job.operands[0] + ": " + note);
       job.narrate.stage("lift", watch.lap_ms(), "moved, with all its fields");
       return kDone;
@@ -73,6 +76,7 @@ class LiftCommand final : public Command {
     return input.moved && tiles_m_ == 0 && voxel_m_ == 0 && input.labels.empty() &&
            input.label_field.empty() && input.instance_field.empty() && !input.frames.begin &&
            !input.frames.end && input.frames.step == 1 && io::isCloudFile(job.operands[0]) &&
+           endingOf(job.operands[0]) != ".e57" &&
            std::filesystem::is_regular_file(job.operands[0]) &&
            io::recogniseInput(job.operands[0], input) == io::InputKind::cloud;
   }

@@ -3,9 +3,9 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
-#include <map>
 #include <optional>
 
+#include "answer_files.h"
 #include "answer_table.h"
 #include "base/user_text.h"
 #include "consistency_checks.h"
@@ -14,6 +14,7 @@
 #include "map_changes.h"
 #include "outputs.h"
 #include "placed_visit.h"
+#include "process/atomic_file.h"
 #include "tool.h"
 #include "xview/base/error.h"
 #include "xview/base/localization.h"
@@ -73,7 +74,7 @@ class MapCommand final : public Command {
         throw UsageError("--undo and --without are for a MAP alone");
       return undo_ ? undoLast(out) : takeOut(out, without_, job);
     }
-    if (!matrices_.empty() && !join_) throw UsageError("--matrix is for --join");
+    if (!matrices_.empty()) prepareMatrices(inputs);
     if (inputs.empty()) throw UsageError("xview map needs INPUT... MAP.xvm, found 1 operand");
     const bool exists = std::filesystem::exists(out);
     if (exists && !map::isMapFile(out))
@@ -170,29 +171,30 @@ class MapCommand final : public Command {
     if (const auto objection = objectionTo(visit.place, map, "the map", job.options))
       return *objection;
     job.narrate.line(placed->how);
-    joined_.emplace_back(path, poseOfInput(*placed, input));
+    joined_.emplace_back(path, placed->T_map_input);
     appendToMap(map, visit.place, job.options);
     draft.add(map, fmt::format("joined {}, wrong {}", path, chanceWrongText(placed->confidence)),
               visit);
     return "";
   }
 
-  /// Of the frame of an input, at its first pose: odometry drifts behind it.
-  static Eigen::Isometry3d poseOfInput(const PlacedVisit& placed, const QueryInput& input) {
-    const std::vector<Eigen::Isometry3d> poses = input.poses();
-    if (placed.is_whole || poses.empty() || poses.size() != placed.poses.size())
-      return placed.T_map_visit;
-    return placed.poses.front() * poses.front().inverse();
-  }
-
+  /// Beside every input that is in the map, and no others of before.
   void writeMatrices() const {
-    std::filesystem::create_directories(matrices_);
-    std::map<std::string, int> used;
-    for (const auto& [path, T_map_input] : joined_) {
-      std::string name = std::filesystem::path(path).lexically_normal().stem().string();
-      if (const int before = used[name]++; before > 0) name += fmt::format("_{}", before + 1);
-      io::writeMatrix(matrices_ + "/" + name + ".txt", T_map_input);
+    for (const auto& [path, T_map_input] : joined_) io::writeMatrix(matrixOf(path), T_map_input);
+  }
+  std::string matrixOf(const std::string& input) const {
+    return (std::filesystem::path(matrices_) / (stemOf(input) + ".txt")).string();
+  }
+  void prepareMatrices(const std::vector<std::string>& inputs) const {
+    if (!join_) throw UsageError("--matrix is for --join");
+    requireDistinct(inputs);
+    for (const std::string& input : inputs) {
+      std::error_code failed;
+      if (std::filesystem::equivalent(input, matrices_, failed))
+        throw UsageError("--matrix " + matrices_ + " is an input");
     }
+    makeFolder(matrices_);
+    for (const std::string& input : inputs) std::filesystem::remove(matrixOf(input));
   }
 
   static void logBuilt(std::size_t inputs, Stopwatch& watch, const Job& job) {

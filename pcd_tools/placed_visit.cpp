@@ -140,6 +140,7 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
         "next";
     return std::nullopt;
   }
+  visit.T_map_input = visit.poses.front() * T_odom_sensor[kept.front()].inverse();
   logLeftOut(input, way_m, found.is_found, job.narrate);
   Job of_placed = job;
   of_placed.options.odometry.check = false;  // its poses are those of the map
@@ -160,7 +161,7 @@ std::optional<PlacedVisit> placeWhole(QueryInput& input, const Localizer& locali
   PlacedVisit visit;
   static_cast<Place&>(visit.place) = inClassesOfMap(std::move(*input.whole), input.options);
   visit.is_whole = true;
-  visit.T_map_visit = fix.T_map_query;
+  visit.T_map_visit = visit.T_map_input = fix.T_map_query;
   visit.sigma_m = verdict::horizontalSigma(fix.covariance);
   visit.confidence = fix.confidence;
   for (const Eigen::Isometry3d& T : visit.place.poses) visit.poses.push_back(fix.T_map_query * T);

@@ -15,11 +15,13 @@ namespace xview::tools {
 struct PlacedVisit {
   map::SemanticMap place;
   Eigen::Isometry3d T_map_visit = Eigen::Isometry3d::Identity();  ///< for `place`
-  std::vector<Eigen::Isometry3d> poses;                           ///< T_map_sensor
-  double sigma_m = 0;     ///< standard deviation of a pose, horizontally
-  double confidence = 1;  ///< of the stretch that is the least sure
-  std::string how;        ///< one line about how it was found
-  bool is_whole = false;  ///< a map or a graph; `place` is then a query only
+  /// For the frame of the input, at the first frame that was found: odometry drifts behind it.
+  Eigen::Isometry3d T_map_input = Eigen::Isometry3d::Identity();
+  std::vector<Eigen::Isometry3d> poses;  ///< T_map_sensor
+  double sigma_m = 0;                    ///< standard deviation of a pose, horizontally
+  double confidence = 1;                 ///< of the stretch that is the least sure
+  std::string how;                       ///< one line about how it was found
+  bool is_whole = false;                 ///< a map or a graph; `place` is then a query only
 };
 
 /// Finds a visit in a map, by windows of some 60 m of a town that overlap by half and speak

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 
@@ -11,7 +12,6 @@
 #include "process/atomic_file.h"
 #include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
-#include "xview/io/label_files.h"
 
 namespace xview::io {
 namespace {
@@ -48,18 +48,34 @@ void withType(ScalarType type, const Use& use) {
   }
 }
 
+/// A number of a field in its type. What it has no room for becomes the nearest, NaN becomes 0, and
+/// -1 in a field without signs the largest.
+template <class T>
+T stored(double value) {
+  if constexpr (std::is_floating_point_v<T>) return static_cast<T>(value);
+  constexpr double kLowest = static_cast<double>(std::numeric_limits<T>::lowest()),
+                   kMost = static_cast<double>(std::numeric_limits<T>::max());
+  if (std::isnan(value)) return 0;
+  if ((std::is_unsigned_v<T> && value == -1) || value >= kMost)
+    return std::numeric_limits<T>::max();
+  return value <= kLowest ? std::numeric_limits<T>::lowest() : static_cast<T>(value);
+}
+
 /// The points of a file with their fields of one number each, as often as they are asked for.
 class Source {
  public:
-  explicit Source(const std::string& path) : path_(path) {
+  /// `labels`: what its classes are; null if it has none.
+  Source(const std::string& path, const LabelSet* labels) : path_(path) {
     InputFile file(path);
     layout_ = layoutOf(file);
     const Element& points = pointsIn(layout_, file);
     const ChosenColumns columns(points, file);
     ids_ = findIdColumns(points, {}, file);
     chosen_ = columns.all();
-    if (layout_.format.rfind("LAS", 0) == 0 && layout_.comments.empty())
-      layout_.comments = linesOf(classComments(shippedLabelSet("las"), ""));
+    setClasses(labels);
+    for (const Element& element : layout_.elements) {
+      if (element.name != points.name) left_out_.push_back(element.name);
+    }
     for (std::size_t i = 0; i < points.columns.size(); ++i) {
       const Column& column = points.columns[i];
       if (std::find(chosen_.begin(), chosen_.end(), i) != chosen_.end()) continue;
@@ -80,7 +96,8 @@ class Source {
     for (const std::string name : names) {
       for (std::size_t i = 3; i < fields(); ++i) {
         std::string of_file = field(i).name;
-        std::transform(of_file.begin(), of_file.end(), of_file.begin(), ::tolower);
+        std::transform(of_file.begin(), of_file.end(), of_file.begin(),
+                       [](unsigned char c) { return std::tolower(c); });
         if (of_file == name || of_file == "scalar_" + name) return i;
       }
     }
@@ -108,6 +125,22 @@ class Source {
   }
 
  private:
+  /// The comments that name them, instead of those of the file.
+  void setClasses(const LabelSet* labels) {
+    std::vector<std::string>& comments = layout_.comments;
+    if (!labels && comments.empty() && layout_.format.rfind("LAS", 0) == 0) {
+      // Classes of LAS that tell nothing would be classes in a file of another kind.
+      for (Column& column : layout_.elements.front().columns) {
+        if (column.name == "classification") column.name = "las_classification";
+      }
+    }
+    if (!labels) return;
+    comments.erase(std::remove_if(comments.begin(), comments.end(),
+                                  [](const std::string& c) { return c.rfind("xview ", 0) == 0; }),
+                   comments.end());
+    for (std::string& line : linesOf(classComments(*labels, "")))
+      comments.push_back(std::move(line));
+  }
   /// Colours that PCL packs into a float are read as bits: as numbers some are not finite.
   static FileLayout layoutOf(InputFile& file) {
     FileLayout layout = readCloudLayout(file);
@@ -171,8 +204,9 @@ std::string plyHeader(const Source& source, ScalarType coordinates) {
 
 void copyTable(const Source& source, const std::string& to, const Eigen::Affine3d& moved) {
   constexpr double kFar_m = 1e4;  // where float32 has no millimetres
-  const Eigen::Matrix3d turn = moved.linear() / std::cbrt(moved.linear().determinant());
-  const auto normals = normalsOf(source), label = source.label();
+  const double scale = std::cbrt(moved.linear().determinant());
+  const Eigen::Matrix3d turn = moved.linear() / scale;
+  const auto normals = normalsOf(source), label = source.label(), sigma = source.find({"sigma"});
   double farthest_m = 0;
   source.forRows([&](const Eigen::Vector3d& p, const double*) {
     const Eigen::Vector3d there = moved * p;
@@ -195,10 +229,11 @@ void copyTable(const Source& source, const std::string& to, const Eigen::Affine3
     }
     if (label && source.labelBits() != ~std::uint32_t{0})
       values[*label] = static_cast<std::uint32_t>(values[*label]) & source.labelBits();
+    if (sigma) values[*sigma] *= scale;
     row.clear();
     for (std::size_t i = 0; i < values.size(); ++i)
       withType(i < 3 ? coordinates : source.field(i).type,
-               [&](auto type) { pack(row, static_cast<decltype(type)>(values[i])); });
+               [&](auto type) { pack(row, stored<decltype(type)>(values[i])); });
     file.write(row);
   });
   file.commit();
@@ -206,37 +241,51 @@ void copyTable(const Source& source, const std::string& to, const Eigen::Affine3
 
 template <class Integer>
 Integer within(double value) {
+  if (!(value > 0)) return 0;  // NaN, too
   return static_cast<Integer>(
-      std::clamp(std::round(value), 0.0, double{std::numeric_limits<Integer>::max()}));
+      std::min(std::round(value), double{std::numeric_limits<Integer>::max()}));
 }
 
-void copyToLas(const Source& source, const std::string& to, const Eigen::Affine3d& moved) {
-  const auto intensity = source.find({"intensity", "reflectance", "reflectivity"}),
-             time = source.find({"gps_time", "gpstime", "time", "timestamp", "t", "stamp"}),
-             number = source.find({"return_number", "returnnumber", "returnindex"}),
-             returns = source.find({"number_of_returns", "numberofreturns", "returncount"}),
-             of_source = source.find({"point_source", "point_source_id", "ring"}),
-             red = source.find({"red", "r", "colorred"}),
-             green = source.find({"green", "g", "colorgreen"}),
-             blue = source.find({"blue", "b", "colorblue"}), packed = source.find({"rgb", "rgba"}),
-             label = source.label();
-  double brightest = 0, reddest = 0;  // shares of 1, or counts
+/// Returns the fields for which LAS has no place.
+std::vector<std::string> copyToLas(const Source& source, const std::string& to,
+                                   const Eigen::Affine3d& moved) {
+  using Field = std::optional<std::size_t>;
+  const Field intensity = source.find({"intensity", "reflectance", "reflectivity"}),
+              time = source.find({"gps_time", "gpstime", "time", "timestamp", "t", "stamp"}),
+              number = source.find({"return_number", "returnnumber"}),
+              returns = source.find({"number_of_returns", "numberofreturns", "returncount"}),
+              of_source = source.find({"point_source", "point_source_id", "ring"}),
+              red = source.find({"red", "r", "colorred"}),
+              green = source.find({"green", "g", "colorgreen"}),
+              blue = source.find({"blue", "b", "colorblue"}), packed = source.find({"rgb", "rgba"}),
+              label = source.label();
+  double brightest = 0, brightest_color = 0;  // shares of 1, or counts
   source.forRows([&](const Eigen::Vector3d&, const double* values) {
     if (intensity) brightest = std::max(brightest, values[*intensity]);
-    if (red) reddest = std::max({reddest, values[*red], green ? values[*green] : 0});
+    for (const auto& color : {red, green, blue}) {
+      if (color) brightest_color = std::max(brightest_color, values[*color]);
+    }
   });
-  const double gain = brightest <= 1 ? 65535 : 1;
-  const double color_gain = reddest <= 1 ? 65535 : reddest <= 255 ? 257 : 1;
+  const auto isShare = [&](const Field& field, double most) {
+    return field && most <= 1 && !isInteger(source.field(*field).type);
+  };
+  const double gain = isShare(intensity, brightest) ? 65535 : 1;
+  const double color_gain = isShare(red, brightest_color) ? 65535
+                            : brightest_color <= 255      ? 257
+                                                          : 1;
   const auto points = [&](const std::function<void(const LasPoint&)>& visit) {
     source.forRows([&](const Eigen::Vector3d& p, const double* values) {
       LasPoint point;
       point.position = moved * p;
-      if (label && values[*label] > 0)
-        point.label = static_cast<std::uint32_t>(values[*label]) & source.labelBits();
+      const bool is_none = label && values[*label] >= 4294967295.0;  // -1 without a sign
+      if (label && !is_none)
+        point.label = within<std::uint32_t>(values[*label]) & source.labelBits();
       if (intensity) point.intensity = within<std::uint16_t>(gain * values[*intensity]);
       if (time) point.gps_time = values[*time];
-      if (number) point.return_number = within<std::uint8_t>(values[*number]);
-      if (returns) point.returns = within<std::uint8_t>(values[*returns]);
+      constexpr std::uint8_t kMostReturns = 15;
+      if (number)
+        point.return_number = std::min(kMostReturns, within<std::uint8_t>(values[*number]));
+      if (returns) point.returns = std::min(kMostReturns, within<std::uint8_t>(values[*returns]));
       if (of_source) point.source = within<std::uint16_t>(values[*of_source]);
       if (red && green && blue)
         point.color = {within<std::uint16_t>(color_gain * values[*red]),
@@ -244,7 +293,7 @@ void copyToLas(const Source& source, const std::string& to, const Eigen::Affine3
                        within<std::uint16_t>(color_gain * values[*blue])};
       if (packed) {
         const auto as_float = static_cast<float>(values[*packed]);
-        auto bits = static_cast<std::uint32_t>(std::max(0.0, values[*packed]));
+        auto bits = within<std::uint32_t>(values[*packed]);
         if (source.field(*packed).type == ScalarType::f32) std::memcpy(&bits, &as_float, 4);
         for (int c = 0; c < 3; ++c)
           point.color[static_cast<std::size_t>(c)] =
@@ -258,24 +307,39 @@ void copyToLas(const Source& source, const std::string& to, const Eigen::Affine3
     if (comment.rfind("xview ", 0) == 0) classes += comment + "\n";
   }
   writeLas(to, points, classes);
+  std::vector<std::string> left_out;
+  const Field kept[] = {intensity, time,  number, returns, of_source,
+                        red,       green, blue,   packed,  label};
+  for (std::size_t i = 3; i < source.fields(); ++i) {
+    if (std::find(std::begin(kept), std::end(kept), Field(i)) == std::end(kept))
+      left_out.push_back(source.field(i).name);
+  }
+  return left_out;
 }
 
 }  // namespace
 
 std::vector<std::string> copyCloud(const std::string& from, const std::string& to,
-                                   const Eigen::Affine3d& moved) {
+                                   const Eigen::Affine3d& moved, const LabelSet* labels) {
   if (endingOf(from) == ".las" && endingOf(to) == ".las") {
     copyLas(from, to, moved);
     return {};
   }
-  const Source source(from);
-  if (endingOf(to) == ".las")
-    copyToLas(source, to, moved);
-  else
+  const Source source(from, labels);
+  std::vector<std::string> notes;
+  if (!source.leftOut().empty())
+    notes.push_back(fmt::format("left out, as it is not one number per point: {}",
+                                fmt::join(source.leftOut(), ", ")));
+  if (endingOf(to) != ".las") {
     copyTable(source, to, moved);
-  if (source.leftOut().empty()) return {};
-  return {fmt::format("fields of more than one number are left out: {}",
-                      fmt::join(source.leftOut(), ", "))};
+    return notes;
+  }
+  if (const auto no_place = copyToLas(source, to, moved); !no_place.empty())
+    notes.push_back(
+        fmt::format("left out, as LAS has no place for it: {}; points that are not "
+                    "finite are left out as well",
+                    fmt::join(no_place, ", ")));
+  return notes;
 }
 
 void writeLas(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {

@@ -198,10 +198,12 @@ constexpr std::size_t kLabelBytes = sizeof(std::uint32_t);
 /// How far neighbours in a scan usually lie from one another, if its points have so many numbers.
 float stepOf(const std::vector<float>& values, std::size_t numbers) {
   std::vector<float> steps;
-  for (std::size_t i = numbers; i + 3 <= values.size(); i += numbers)
-    steps.push_back((Eigen::Map<const Eigen::Vector3f>(values.data() + i) -
-                     Eigen::Map<const Eigen::Vector3f>(values.data() + i - numbers))
-                        .norm());
+  for (std::size_t i = numbers; i + 3 <= values.size(); i += numbers) {
+    const float step = (Eigen::Map<const Eigen::Vector3f>(values.data() + i) -
+                        Eigen::Map<const Eigen::Vector3f>(values.data() + i - numbers))
+                           .norm();
+    if (std::isfinite(step)) steps.push_back(step);
+  }
   return steps.empty() ? 0 : medianOf(std::move(steps));
 }
 

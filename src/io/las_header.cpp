@@ -130,14 +130,16 @@ struct Records {
 /// Keys 3072 (projected) and 2048 (geographic) of a GeoTIFF directory; 32767 is user-defined.
 void takeKeys(const std::string& keys, Records& records) {
   std::uint16_t projected = 0, geographic = 0;
+  bool is_projected = false;  // also by a system without a number
   for (std::size_t i = 8; i + 8 <= keys.size(); i += 8) {
     const std::uint16_t key = at<std::uint16_t>(keys, i), place = at<std::uint16_t>(keys, i + 2),
                         value = at<std::uint16_t>(keys, i + 6);
+    is_projected |= key == 3072;
     if (place != 0 || value == 0 || value == 32767) continue;
     if (key == 3072) projected = value;
     if (key == 2048) geographic = value;
   }
-  records.is_geographic = projected == 0 && geographic != 0;
+  records.is_geographic = !is_projected && geographic != 0;
   records.epsg = projected != 0 ? projected : geographic;
 }
 
@@ -205,7 +207,9 @@ std::string georeferenceOf(const Records& records) {
 
 /// Throws Error if x and y are longitude and latitude.
 void requireLengths(const std::string& header, const Records& records, const InputFile& file) {
-  const bool by_text = records.wkt.rfind("GEOG", 0) == 0 || records.wkt.rfind("GEODCRS", 0) == 0;
+  const bool by_text = records.wkt.find("PROJC") == std::string::npos &&
+                       (records.wkt.find("GEOG") != std::string::npos ||
+                        records.wkt.find("GEODCRS") != std::string::npos);
   const double west = at<double>(header, 187), south = at<double>(header, 203);
   if (!(records.wkt.empty() ? records.is_geographic : by_text) ||
       !(std::abs(west) <= 180 && std::abs(south) <= 90))

@@ -39,7 +39,7 @@ class Steps {
  public:
   Steps(std::string path, const Eigen::AlignedBox3d& box, const Eigen::Array3d& step_m)
       : path_(std::move(path)), step_m_(step_m) {
-    if (!box.isEmpty()) offset_m_ = box.min().array().floor();
+    if (!box.isEmpty()) offset_m_ = box.center().array().floor();
   }
 
   void write(std::string& header, const Eigen::AlignedBox3d& box) const {
@@ -151,7 +151,10 @@ void copyLas(const std::string& from, const std::string& to, const Eigen::Affine
   forRows([&](const Eigen::Vector3d& position) { box.extend(position); });
   file.seek(0);
   file.readBytes(header.data(), header.size());
-  const Steps steps(to, box, layout.scale);
+  // Axes may be turned into one another, and lengths into metres.
+  Eigen::Array3d step_m = layout.scale * std::cbrt(moved.linear().determinant());
+  if (!moved.linear().isDiagonal()) step_m.setConstant(step_m.minCoeff());
+  const Steps steps(to, box, step_m);
   steps.write(header, box);
 
   AtomicFile copy(to);

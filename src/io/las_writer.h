@@ -25,12 +25,13 @@ struct LasPoint {
 /// Calls visit for all points, in their order, as often as it is called.
 using LasPoints = std::function<void(const std::function<void(const LasPoint&)>& visit)>;
 
-/// LAS 1.4 with coordinates in millimetres from the least of them, rounded down to metres. What is
-/// not finite is left out. `classes`: lines that name them (classComments), kept in a record of
+/// LAS 1.4 with coordinates in millimetres from the middle, rounded down to metres. What is not
+/// finite is left out. `classes`: lines that name them (classComments), kept in a record of
 /// their own. Throws Error, also for labels above 255 and for points that are too far apart.
 void writeLas(const std::string& path, const LasPoints& points, const std::string& classes);
 
-/// A LAS file again, moved: all its fields and records are as they were. Throws Error.
+/// A LAS file again, moved: all its fields and records are as they were, and coordinates as fine
+/// as the finest of them was. Throws Error.
 void copyLas(const std::string& from, const std::string& to, const Eigen::Affine3d& moved);
 
 }  // namespace xview::io

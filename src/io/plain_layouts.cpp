@@ -98,6 +98,7 @@ void chooseLasClasses(RecordingListing& listing, const InputOptions& options,
   TellingPoints asked;
   for (const ListedFrame& frame : listing.frames) {
     if (!options.labels.empty() || asked.all > kEnough) break;
+    if (endingOf(frame.measurement) != ".las") continue;
     const TellingPoints here = tellingPoints(frame.measurement);
     asked.telling += here.telling;
     asked.all += here.all;
@@ -315,12 +316,12 @@ RecordingListing listSemanticKitti(const std::string& path, const InputOptions& 
     listing.frames[0].measurement = path;
     listing.frames[0].label = labelFileOf(path);
   }
+  noteRings(listing);
   if (listing.frames.front().label.empty()) return listing;  // raw
   if (const auto named = namedLabels(options, folderOfClasses(path)))
     listing.labels = *named;
   else
     guessSemanticKittiLabels(listing, options);
-  if (!listing.frames.empty()) noteRings(listing);
   return listing;
 }
 

@@ -145,9 +145,11 @@ InputKind recogniseFolder(const fs::path& folder) {
   if (has("velodyne")) kinds.push_back(InputKind::semantic_kitti);
   if (has("GT/LABELS") || isSynthiaCamera(folder.string())) kinds.push_back(InputKind::synthia);
   if (has("extrinsic.txt") && has("frames")) kinds.push_back(InputKind::virtual_kitti);
-  if (kinds.empty() && isBag(folder.string())) kinds.push_back(InputKind::bag);
+  if (kinds.empty() && has("metadata.yaml") && isBag(folder.string()))
+    kinds.push_back(InputKind::bag);
   if (kinds.empty() && isTiledCloud(folder.string())) kinds.push_back(InputKind::cloud);
   if (kinds.empty() && hasClouds(folder)) kinds.push_back(InputKind::cloud_folder);
+  if (kinds.empty() && isBag(folder.string())) kinds.push_back(InputKind::bag);
   if (kinds.size() > 1)
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");
   if (kinds.empty()) {

@@ -60,7 +60,8 @@ struct Counts {
 };
 Counts countsOf(const SemanticMap& map);
 
-/// That of its file, or of its vertices and points if it is of none. Throws Error.
+/// That of its file, or of its view, vertices, points and key frames if it is of none. Throws
+/// Error.
 std::uint64_t checksumOf(const SemanticMap& map);
 
 /// Calls visit(points) for the points of `cloud` and then column by column for packed ones, all

@@ -289,6 +289,13 @@ void packPoints(SemanticMap& map) {
 std::uint64_t checksumOf(const SemanticMap& map) {
   if (map.checksum != 0) return map.checksum;
   ContentHash hash;
+  hash.add(static_cast<std::int64_t>(fingerprintOfView(map)));
+  hash.add(map.size);
+  for (const double coordinate : map.cloud.origin) hash.add(coordinate);
+  for (const Eigen::Isometry3d& T : map.poses) {
+    for (const double number : T.matrix().reshaped()) hash.add(number);
+  }
+  for (const auto& [id, info] : map.labels.classes()) hash.add(info.name.data(), info.name.size());
   allVertices(map).forEach([&](std::uint32_t, const Vertex& v) {
     hash.add(static_cast<std::int64_t>(v.label));
     for (const double coordinate : v.position) hash.add(coordinate);

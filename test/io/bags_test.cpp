@@ -307,6 +307,9 @@ TEST_F(Bags, PartsWithoutMetadataAreReadInTheOrderOfTheirNumbers) {
   EXPECT_NE(source->notes().at(0).find("no metadata.yaml"), std::string::npos);
   write("parts/another_0.mcap", messages);
   EXPECT_FALSE(isBag(folder_ / "parts")) << "two recordings are not one";
+  fs::create_directory(folder_ / "days");
+  write("days/20261130.mcap", messages);
+  EXPECT_FALSE(isBag(folder_ / "days"));
 }
 
 TEST_F(Bags, CloudsInTheFrameOfTheOdometryAreTakenBackToTheSensor) {

@@ -88,7 +88,10 @@ TEST_F(CloudCopies, KeepTheFieldsOfEveryPoint) {
 TEST_F(CloudCopies, InLasHaveClassIntensityTimeAndColour) {
   moved_.translation() << 4.0e5, 5.3e6, 100;
   const std::string las = folder_ / "b.las";
-  copyCloud(pcd_, las, moved_);
+  const std::vector<std::string> notes = copyCloud(pcd_, las, moved_);
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_NE(notes[1].find("no place for it: normal_x, normal_y, normal_z"), std::string::npos)
+      << notes[1];
   const LabelledCloud cloud = readCloud(las);
   ASSERT_EQ(cloud.size(), 2u) << "what is not finite has no place in LAS";
   EXPECT_LT((cloud.position(1) - Eigen::Vector3d(400002, 5300003, 100.25)).norm(), 1e-3);
@@ -107,6 +110,21 @@ TEST_F(CloudCopies, InLasHaveClassIntensityTimeAndColour) {
       << "doubles far from the origin";
   EXPECT_EQ(openRecording(las)->labels().className(40), "lamp")
       << "they are not those of the ASPRS";
+}
+
+TEST_F(CloudCopies, HaveLengthsOfTheScaleThatTheyAreMovedBy) {
+  test::writeText(folder_ / "s.ply",
+                  "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                  "property float z\nproperty float sigma\nproperty uint label\nend_header\n"
+                  "1 2 3 0.5 4294967295\n");
+  moved_ = Eigen::Affine3d(Eigen::Scaling(2.0));
+  copyCloud(folder_ / "s.ply", folder_ / "t.ply", moved_);
+  EXPECT_EQ(rowsOf(folder_ / "t.ply")[0], (std::vector<double>{2, 4, 6, 1, 4294967295.0}));
+  copyCloud(folder_ / "s.ply", folder_ / "t.las", moved_);
+  EXPECT_EQ(readCloud(folder_ / "t.las").points[0].label, 0u) << "-1 is none";
+  moved_ = Eigen::Affine3d(Eigen::Scaling(1e-3));
+  copyCloud(folder_ / "t.las", folder_ / "u.las", moved_);
+  EXPECT_NEAR(rowsOf(folder_ / "u.las")[0][2], 0.006, 1e-9) << "not as coarse as before";
 }
 
 TEST_F(CloudCopies, OfLabelledCloudsAreReadFromLasAsTheyWere) {

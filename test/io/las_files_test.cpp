@@ -139,9 +139,12 @@ TEST_F(LasFiles, AMovedFileHasAllBytesButThoseOfCoordinates) {
       EXPECT_LT((moved * from.position(i) - to.position(i)).norm(), 0.01) << format;
       EXPECT_EQ(from.points[i].label, to.points[i].label) << format;
     }
-    copyCloud(before, folder_ / "b.pcd", moved);
+    const LabelSet las = shippedLabelSet("las");
+    copyCloud(before, folder_ / "b.pcd", moved, &las);
     EXPECT_EQ(readCloud(folder_ / "b.pcd").points[1].label, to.points[1].label) << "no flags";
     EXPECT_EQ(openRecording(folder_ / "b.pcd")->labels().className(2), "ground") << format;
+    copyCloud(before, folder_ / "raw.pcd", moved);
+    EXPECT_TRUE(openRecording(folder_ / "raw.pcd")->labels().empty()) << format;
     std::string now = test::readText(after);
     ASSERT_EQ(now.size(), bytes.size()) << format;
     const std::size_t rows = bytes.size() - tail.size(),

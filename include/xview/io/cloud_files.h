@@ -67,12 +67,13 @@ void writePly(const std::string& path, const LabelledCloud& cloud,
 void writeLas(const std::string& path, const LabelledCloud& cloud,
               const LabelSet* labels = nullptr);
 
-/// A cloud file again as .pcd, .ply or .las by the ending of `to`, moved, with all its points and
-/// all fields of one number each: normals turn along, coordinates are double from 10 km on. Of LAS
-/// in LAS every byte stays but those of coordinates. Returns what it had to leave out, in
-/// sentences. Throws Error.
+/// A PCD, PLY or LAS again as .pcd, .ply or .las by the ending of `to`, moved, with all its points,
+/// in one row, and all fields of one number each: normals turn along, coordinates are double from
+/// 10 km on, integers beyond 2^53 are rounded. `labels`, if given, names its classes. LAS has no
+/// place for some fields and for points that are not finite. Of LAS in LAS every byte stays but
+/// those of coordinates. Returns what it had to leave out, in sentences. Throws Error.
 std::vector<std::string> copyCloud(const std::string& from, const std::string& to,
-                                   const Eigen::Affine3d& moved);
+                                   const Eigen::Affine3d& moved, const LabelSet* labels = nullptr);
 
 /// The cloud in square tiles as Autoware divides its map: `folder` gets
 /// pointcloud_map_metadata.yaml and pointcloud_map.pcd/, with one PCD as of writePcd() for each

@@ -196,9 +196,12 @@ bool isBag(const std::string& path) {
   for (const auto& entry : fs::directory_iterator(path, failed)) {
     if (!isBagFile(entry.path())) continue;
     const std::string stem = entry.path().stem().string();
-    const std::size_t number = stem.find_last_not_of("0123456789");
-    if (!is_whole && (number + 1 == stem.size() || stem.compare(number, 1, "_") != 0)) return false;
-    names.insert(stem.substr(0, number));
+    const std::size_t end = stem.find_last_not_of("0123456789") + 1;  // of the name, with its "_"
+    constexpr std::size_t kDigits = 4;                                // more are a date
+    const bool is_part =
+        end > 1 && end < stem.size() && stem.size() <= end + kDigits && stem[end - 1] == '_';
+    if (!is_whole && !is_part) return false;
+    names.insert(stem.substr(0, end));
   }
   return is_whole ? !names.empty() : names.size() == 1;
 }

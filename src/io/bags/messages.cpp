@@ -161,12 +161,12 @@ class RvlReader {
     cv::Mat image(height, width, CV_16UC1, cv::Scalar(0));
     auto* const pixels = image.ptr<std::uint16_t>();
     const auto all = static_cast<std::uint32_t>(width) * static_cast<std::uint32_t>(height);
-    std::int32_t last = 0;
+    std::uint32_t last = 0;  // modulo 2^16, as it is stored
     for (std::uint32_t i = 0; i < all;) {
       i += countOf(all - i);
       for (std::uint32_t some = countOf(all - i); some > 0; --some) {
         const std::uint32_t folded = number();
-        last += static_cast<std::int32_t>(folded >> 1) ^ -static_cast<std::int32_t>(folded & 1);
+        last += (folded >> 1) ^ (0U - (folded & 1));
         pixels[i++] = static_cast<std::uint16_t>(last);
       }
     }
@@ -182,9 +182,9 @@ class RvlReader {
   std::uint32_t number() {
     std::uint32_t value = 0, nibble = 8;
     for (int shift = 0; nibble & 8; shift += 3) {
+      if (shift > 30) cursor_.fail("depth packed by RVL has a number of more than 32 bits");
       if (left_ == 0) {
-        if (at_ + 4 > data_.size() || shift > 30)
-          cursor_.fail("depth packed by RVL ends at byte {}", at_);
+        if (at_ + 4 > data_.size()) cursor_.fail("depth packed by RVL ends at byte {}", at_);
         word_ = storedNumber<std::uint32_t>(data_.data() + at_, false);
         at_ += 4;
         left_ = 8;
@@ -210,6 +210,11 @@ cv::Mat unpackedRvl(Cursor& cursor, std::string_view data, const Camera& camera)
              height = storedNumber<std::int32_t>(data.data() + 4, false);
   requireSameSize(cursor.file().path(), width, height, "its camera info", camera.width,
                   camera.height);
+  const std::uint64_t bytes = sizeof(std::uint16_t) * static_cast<std::uint64_t>(width) *
+                              static_cast<std::uint64_t>(height);
+  if (bytes > mostUnpacked(cursor.file()))
+    cursor.fail("depth of {} x {} pixels in a file of {} bytes", width, height,
+                cursor.file().size());
   return RvlReader(cursor, data.substr(8)).read(width, height);
 }
 
@@ -354,7 +359,8 @@ Camera readCameraInfo(Cursor& cursor) {
   camera.cy = is_rectified ? p[6] : k[5];
   camera.depth_scale = kMillimetre_m;
   takePart(cursor, camera);
-  const bool is_whole = width > 0 && height > 0 && width <= kMostPixels && height <= kMostPixels;
+  const bool is_whole =
+      camera.width > 0 && camera.height > 0 && width <= kMostPixels && height <= kMostPixels;
   if (!is_whole || !(camera.fx > 0 && camera.fy > 0) ||
       !std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy))
     cursor.fail("a camera info of {} x {} pixels with focal lengths {} and {}", width, height,
