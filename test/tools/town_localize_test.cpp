@@ -276,7 +276,7 @@ TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
   EXPECT_EQ(keys, expected);
   EXPECT_EQ(answer["query"]["input"], town("rear"));
   EXPECT_EQ(answer["query"]["first_frame"], 0);
-  const std::string copy = file("copy.xvm"), other = file("other.xvm"), cloud = file("map.pcd");
+  const std::string copy = file("same.xvm"), other = file("of_rear.xvm"), cloud = file("same.pcd");
   fs::copy(map(), copy);
   succeed({"map", "-q", town("rear"), other});
   succeed({"lift", "-q", map(), cloud});
