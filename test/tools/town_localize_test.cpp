@@ -276,7 +276,8 @@ TEST_F(TinyTown, AnswerHasTheKeysOfTheContractInOrder) {
   EXPECT_EQ(keys, expected);
   EXPECT_EQ(answer["query"]["input"], town("rear"));
   EXPECT_EQ(answer["query"]["first_frame"], 0);
-  const std::string copy = file("same.xvm"), other = file("of_rear.xvm"), cloud = file("same.pcd");
+  const std::string copy = file("checksum_same.xvm"), other = file("checksum_other.xvm"),
+                    cloud = file("checksum_map.pcd");
   fs::copy(map(), copy);
   succeed({"map", "-q", town("rear"), other});
   succeed({"lift", "-q", map(), cloud});
