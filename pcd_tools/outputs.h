@@ -57,7 +57,7 @@ bool isCloudFilePath(const std::string& path);  ///< the same or .las
 /// Throws UsageError unless isCloudFilePath, Error if it cannot be written; called
 /// before the work, not after it.
 void requireCloudPath(const std::string& path);
-/// PCD or PLY by the ending of the path, coloured by class.
+/// PCD, PLY or LAS by the ending of the path, coloured by class.
 void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels);
 
 /// True if the ending is one that writeDrawing knows: .png, .svg, .html, .vtk, .ply, .pcd.

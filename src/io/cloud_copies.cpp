@@ -16,11 +16,6 @@
 namespace xview::io {
 namespace {
 
-template <class T>
-void pack(std::string& bytes, T value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
-}
-
 /// Calls use(T()) with the type of a column.
 template <class Use>
 void withType(ScalarType type, const Use& use) {
@@ -171,35 +166,13 @@ std::optional<std::size_t> normalsOf(const Source& source) {
   return x && source.find({"normal_z", "nz"}) == *x + 2 ? x : std::nullopt;
 }
 
-std::string pcdHeader(const Source& source, ScalarType coordinates) {
-  std::string fields, sizes, types, counts, comments;
-  for (std::size_t i = 0; i < source.fields(); ++i) {
-    const ScalarType type = i < 3 ? coordinates : source.field(i).type;
-    const bool is_signed = isInteger(type) && static_cast<int>(type) % 2 == 0;
-    fields += " " + (i < 3 ? std::string(1, "xyz"[i]) : source.field(i).name);
-    sizes += fmt::format(" {}", sizeOf(type));
-    types += !isInteger(type) || source.field(i).name == "rgb" ? " F" : is_signed ? " I" : " U";
-    counts += " 1";
-  }
-  for (const std::string& comment : source.layout().comments) comments += "# " + comment + "\n";
-  return fmt::format(
-      "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS{}\nSIZE{}\nTYPE{}\n"
-      "COUNT{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {}\nDATA binary\n",
-      comments, fields, sizes, types, counts, source.rows(), source.rows());
-}
-
-std::string plyHeader(const Source& source, ScalarType coordinates) {
-  constexpr const char* kTypes[] = {"char", "uchar", "short",  "ushort", "int",
-                                    "uint", "int64", "uint64", "float",  "double"};
-  std::string header = "ply\nformat binary_little_endian 1.0\n";
-  for (const std::string& comment : source.layout().comments) header += "comment " + comment + "\n";
-  header += fmt::format("element vertex {}\n", source.rows());
-  for (std::size_t i = 0; i < source.fields(); ++i) {
-    const ScalarType type = i < 3 ? coordinates : source.field(i).type;
-    header += fmt::format("property {} {}\n", kTypes[static_cast<int>(type)],
-                          i < 3 ? std::string(1, "xyz"[i]) : source.field(i).name);
-  }
-  return header + "end_header\n";
+/// Those that are written; coordinates have the type of that name.
+std::vector<Column> columnsOf(const Source& source, ScalarType coordinates) {
+  std::vector<Column> columns;
+  for (std::size_t i = 0; i < source.fields(); ++i)
+    columns.push_back(i < 3 ? Column{std::string(1, "xyz"[i]), coordinates, 1, {}}
+                            : source.field(i));
+  return columns;
 }
 
 void copyTable(const Source& source, const std::string& to, const Eigen::Affine3d& moved) {
@@ -213,8 +186,12 @@ void copyTable(const Source& source, const std::string& to, const Eigen::Affine3
     if (there.allFinite()) farthest_m = std::max(farthest_m, there.cwiseAbs().maxCoeff());
   });
   const ScalarType coordinates = farthest_m < kFar_m ? ScalarType::f32 : ScalarType::f64;
-  const std::string header =
-      endingOf(to) == ".pcd" ? pcdHeader(source, coordinates) : plyHeader(source, coordinates);
+  const std::vector<Column> columns = columnsOf(source, coordinates);
+  const bool is_pcd = endingOf(to) == ".pcd";
+  std::string comments;
+  for (const std::string& comment : source.layout().comments)
+    comments += (is_pcd ? "# " : "comment ") + comment + "\n";
+  const std::string header = (is_pcd ? pcdHeader : plyHeader)(columns, source.rows(), comments);
   requireReadable(to, header);
   AtomicFile file(to);
   file.write(header);
@@ -232,18 +209,17 @@ void copyTable(const Source& source, const std::string& to, const Eigen::Affine3
     if (sigma) values[*sigma] *= scale;
     row.clear();
     for (std::size_t i = 0; i < values.size(); ++i)
-      withType(i < 3 ? coordinates : source.field(i).type,
-               [&](auto type) { pack(row, stored<decltype(type)>(values[i])); });
+      withType(columns[i].type,
+               [&](auto type) { appendNumber(row, stored<decltype(type)>(values[i])); });
     file.write(row);
   });
   file.commit();
 }
 
+/// The nearest whole number that is not negative and has room.
 template <class Integer>
 Integer within(double value) {
-  if (!(value > 0)) return 0;  // NaN, too
-  return static_cast<Integer>(
-      std::min(std::round(value), double{std::numeric_limits<Integer>::max()}));
+  return stored<Integer>(std::round(std::max(0.0, value)));  // of NaN 0
 }
 
 /// Returns the fields for which LAS has no place.

@@ -111,28 +111,26 @@ LabelledCloud readPoints(const InputFile& file, const FileLayout& layout, const 
 
 // ---- writing
 
-/// What a file of this cloud has beside position and label.
-struct Contents {
-  bool doubles = false;
-  bool instances = false;
-  bool sigmas = false;
-  const LabelSet* labels = nullptr;
-};
+using Header = std::string (*)(const std::vector<Column>& columns, std::uint64_t points,
+                               const std::string& comments);
 
-template <class T>
-void append(std::string& bytes, T value) {
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
-
-/// appendColor(row, color) writes the colour of a class.
+/// `colors`: columns of the colour of a class, which appendColor(row, color) writes. `mark`: before
+/// comments.
 template <class AppendColor>
 void writePoints(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels,
-                 std::string (*header)(const LabelledCloud&, const Contents&),
+                 Header header, const char* mark, const std::vector<Column>& colors,
                  AppendColor appendColor) {
-  const Contents contents{needsDoubles(cloud), cloud.hasInstances(), cloud.hasSigmas(), labels};
-  const std::string beginning = header(cloud, contents);
+  const bool doubles = needsDoubles(cloud), instances = cloud.hasInstances(),
+             sigmas = cloud.hasSigmas();
+  const ScalarType coordinates = doubles ? ScalarType::f64 : ScalarType::f32;
+  std::vector<Column> columns;
+  for (const char* axis : {"x", "y", "z"}) columns.push_back({axis, coordinates, 1, {}});
+  if (labels) columns.insert(columns.end(), colors.begin(), colors.end());
+  columns.push_back({"label", ScalarType::u32, 1, {}});
+  if (instances) columns.push_back({"instance", ScalarType::u32, 1, {}});
+  if (sigmas) columns.push_back({"sigma", ScalarType::f32, 1, {}});
+  const std::string beginning =
+      header(columns, cloud.size(), labels ? classComments(*labels, mark) : std::string());
   requireReadable(path, beginning);
   AtomicFile file(path);
   file.write(beginning);
@@ -141,54 +139,19 @@ void writePoints(const std::string& path, const LabelledCloud& cloud, const Labe
     row.clear();
     const Eigen::Vector3d position = cloud.position(i);
     for (const double coordinate : position) {
-      if (contents.doubles) {
-        append(row, coordinate);
+      if (doubles) {
+        appendNumber(row, coordinate);
       } else {
-        append(row, static_cast<float>(coordinate));
+        appendNumber(row, static_cast<float>(coordinate));
       }
     }
     if (labels) appendColor(row, labels->color(cloud.points[i].label));
-    append(row, cloud.points[i].label);
-    if (contents.instances) append(row, cloud.points[i].instance);
-    if (contents.sigmas) append(row, cloud.points[i].sigma);
+    appendNumber(row, cloud.points[i].label);
+    if (instances) appendNumber(row, cloud.points[i].instance);
+    if (sigmas) appendNumber(row, cloud.points[i].sigma);
     file.write(row);
   }
   file.commit();
-}
-
-std::string pcdHeader(const LabelledCloud& cloud, const Contents& contents) {
-  const char* position_size = contents.doubles ? "8" : "4";
-  std::string fields = "x y z", types = "F F F", counts = "1 1 1";
-  std::string sizes = std::string(position_size) + " " + position_size + " " + position_size;
-  const auto addField = [&](const char* name, const char* type) {
-    fields += std::string(" ") + name;
-    types += std::string(" ") + type;
-    sizes += " 4";
-    counts += " 1";
-  };
-  if (contents.labels) addField("rgb", "F");
-  addField("label", "U");
-  if (contents.instances) addField("instance", "U");
-  if (contents.sigmas) addField("sigma", "F");
-  return fmt::format(
-      "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\n"
-      "COUNT {}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {}\nDATA binary\n",
-      contents.labels ? classComments(*contents.labels, "# ") : std::string(), fields, sizes, types,
-      counts, cloud.size(), cloud.size());
-}
-
-std::string plyHeader(const LabelledCloud& cloud, const Contents& contents) {
-  std::string header = "ply\nformat binary_little_endian 1.0\n";
-  if (contents.labels) header += classComments(*contents.labels, "comment ");
-  header += "element vertex " + std::to_string(cloud.size());
-  for (const char* axis : {"x", "y", "z"}) {
-    header += std::string("\nproperty ") + (contents.doubles ? "double " : "float ") + axis;
-  }
-  if (contents.labels) header += "\nproperty uchar red\nproperty uchar green\nproperty uchar blue";
-  header += "\nproperty uint label";
-  if (contents.instances) header += "\nproperty uint instance";
-  if (contents.sigmas) header += "\nproperty float sigma";
-  return header + "\nend_header\n";
 }
 
 // ---- SemanticKITTI
@@ -300,7 +263,8 @@ float largestFloatCoordinate(const std::string& path) {
   return largest;
 }
 
-TellingPoints tellingPoints(const std::string& path) {
+TellingPoints tellingPoints(const std::string& path, double enough) {
+  struct Found {};
   constexpr std::uint32_t kTellNothing[] = {0, 1, 2, 7, 8, 12, 18, 20};
   InputFile file(path);
   const FileLayout layout = readCloudLayout(file);
@@ -308,12 +272,17 @@ TellingPoints tellingPoints(const std::string& path) {
   TellingPoints result;
   const auto label = findIdColumns(points, {}, file).label;
   if (!label) return result;
-  readTable(file, layout, points, {*label}, [&](const double* value, const RowPlace&) {
-    const auto id = static_cast<std::uint32_t>(*value) & layout.label_bits;
-    const auto end = std::end(kTellNothing);
-    result.telling += std::find(std::begin(kTellNothing), end, id) == end;
-    ++result.all;
-  });
+  result.all = points.rows;
+  try {
+    readTable(file, layout, points, {*label}, [&](const double* value, const RowPlace&) {
+      const auto id = static_cast<std::uint32_t>(*value) & layout.label_bits;
+      const auto end = std::end(kTellNothing);
+      result.telling += std::find(std::begin(kTellNothing), end, id) == end;
+      if (static_cast<double>(result.telling) >= enough * static_cast<double>(points.rows))
+        throw Found();
+    });
+  } catch (const Found&) {
+  }
   return result;
 }
 
@@ -371,15 +340,21 @@ LabelledCloud readStoredCloud(const InputFile& file, const Element& points, cons
 void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {
   // Red, green and blue in the bits 16-23, 8-15 and 0-7, as PCL packs them into its float field
   // "rgb".
-  writePoints(path, cloud, labels, pcdHeader, [](std::string& row, const auto& color) {
-    append(row, (std::uint32_t{color[0]} << 16) | (std::uint32_t{color[1]} << 8) | color[2]);
-  });
+  const std::vector<Column> colors{{"rgb", ScalarType::f32, 1, {}}};
+  writePoints(
+      path, cloud, labels, pcdHeader, "# ", colors, [](std::string& row, const auto& color) {
+        appendNumber(row,
+                     (std::uint32_t{color[0]} << 16) | (std::uint32_t{color[1]} << 8) | color[2]);
+      });
 }
 
 void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {
-  writePoints(path, cloud, labels, plyHeader, [](std::string& row, const auto& color) {
-    for (const std::uint8_t channel : color) append(row, channel);
-  });
+  std::vector<Column> colors;
+  for (const char* name : {"red", "green", "blue"}) colors.push_back({name, ScalarType::u8, 1, {}});
+  writePoints(path, cloud, labels, plyHeader, "comment ", colors,
+              [](std::string& row, const auto& color) {
+                for (const std::uint8_t channel : color) appendNumber(row, channel);
+              });
 }
 
 bool hasRings(const std::string& bin_path) {

@@ -84,6 +84,12 @@ T storedNumber(const char* bytes, bool big_endian) {
   return value;
 }
 
+/// And as it is written, little-endian.
+template <class T>
+void appendNumber(std::string& bytes, T value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
 /// A piece of a file for a message: printable, one line, not longer than 40 characters, in quotes.
 std::string inQuotes(std::string_view text);
 

@@ -99,7 +99,8 @@ void chooseLasClasses(RecordingListing& listing, const InputOptions& options,
   for (const ListedFrame& frame : listing.frames) {
     if (!options.labels.empty() || asked.all > kEnough) break;
     if (endingOf(frame.measurement) != ".las") continue;
-    const TellingPoints here = tellingPoints(frame.measurement);
+    const TellingPoints here =
+        tellingPoints(frame.measurement, listing.frames.size() == 1 ? kFewest : 1);
     asked.telling += here.telling;
     asked.all += here.all;
   }

@@ -91,6 +91,14 @@ void checkSize(const InputFile& file, const FileLayout& layout);
 /// The lines, each after `mark` ("# " in PCD, "comment " in PLY) and ended; none for a generic set,
 /// whose names say nothing.
 std::string classComments(const LabelSet& labels, const std::string& mark);
+/// The header of a binary PCD of such columns; `comments` are whole lines, marked and ended. A
+/// column "rgb" is a float, as PCL packs colours.
+std::string pcdHeader(const std::vector<Column>& columns, std::uint64_t points,
+                      const std::string& comments);
+/// The same of a little-endian PLY.
+std::string plyHeader(const std::vector<Column>& columns, std::uint64_t points,
+                      const std::string& comments);
+
 /// Throws Error if a header is longer than a reader takes it, because of such lines.
 void requireReadable(const std::string& path, const std::string& header);
 /// The classes that the comments of a header name, or those of the shipped label set that one of
@@ -158,11 +166,12 @@ bool hasRings(const std::string& bin_path);
 float largestFloatCoordinate(const std::string& path);
 
 /// How many points of a LAS file have a class that tells things apart: any but those of points that
-/// nobody classified, of ground, of noise and of overlapping flight lines.
+/// nobody classified, of ground, of noise and of overlapping flight lines. Reads no farther than to
+/// where they are the share `enough` of all.
 struct TellingPoints {
   std::uint64_t telling = 0, all = 0;
 };
-TellingPoints tellingPoints(const std::string& path);
+TellingPoints tellingPoints(const std::string& path, double enough);
 
 /// Throws Error if something other than blanks, blank lines or a little padding with zeros follows
 /// the last row.

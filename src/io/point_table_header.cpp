@@ -403,6 +403,34 @@ std::string classComments(const LabelSet& labels, const std::string& mark) {
   return lines;
 }
 
+std::string pcdHeader(const std::vector<Column>& columns, std::uint64_t points,
+                      const std::string& comments) {
+  std::string fields, sizes, types, counts;
+  for (const Column& column : columns) {
+    const bool is_signed = isInteger(column.type) && static_cast<int>(column.type) % 2 == 0;
+    const bool is_real = !isInteger(column.type) || column.name == "rgb";
+    fields += " " + column.name;
+    sizes += fmt::format(" {}", sizeOf(column.type));
+    types += is_real ? " F" : is_signed ? " I" : " U";
+    counts += " 1";
+  }
+  return fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS{}\nSIZE{}\nTYPE{}\n"
+      "COUNT{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {}\nDATA binary\n",
+      comments, fields, sizes, types, counts, points, points);
+}
+
+std::string plyHeader(const std::vector<Column>& columns, std::uint64_t points,
+                      const std::string& comments) {
+  constexpr const char* kTypes[] = {"char", "uchar", "short",  "ushort", "int",
+                                    "uint", "int64", "uint64", "float",  "double"};
+  std::string header = "ply\nformat binary_little_endian 1.0\n" + comments;
+  header += fmt::format("element vertex {}\n", points);
+  for (const Column& column : columns)
+    header += fmt::format("property {} {}\n", kTypes[static_cast<int>(column.type)], column.name);
+  return header + "end_header\n";
+}
+
 void requireReadable(const std::string& path, const std::string& header) {
   std::size_t longest = 0;
   for (std::size_t begin = 0; begin < header.size();) {
