@@ -74,12 +74,12 @@ class MapCommand final : public Command {
         throw UsageError("--undo and --without are for a MAP alone");
       return undo_ ? undoLast(out) : takeOut(out, without_, job);
     }
-    if (!matrices_.empty()) prepareMatrices(inputs);
     if (inputs.empty()) throw UsageError("xview map needs INPUT... MAP.xvm, found 1 operand");
     const bool exists = std::filesystem::exists(out);
     if (exists && !map::isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");
     requireWritable(out);
+    if (!matrices_.empty()) prepareMatrices(inputs);
     const map::MapLock lock(out);
     if (join_) return joinAll(inputs, out, job);
     return append_ && exists ? appendAll(inputs, out, job) : buildNew(inputs, out, job);
