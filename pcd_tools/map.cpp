@@ -18,6 +18,7 @@
 #include "tool.h"
 #include "xview/base/error.h"
 #include "xview/base/localization.h"
+#include "xview/io/cloud_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/map/semantic_map.h"
 #include "xview/mapper.h"
@@ -44,7 +45,8 @@ class MapCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declare(flags);
     flags.add("--append", append_, "add to an existing map");
-    flags.add("--join", join_, "find each INPUT in the map of those before it");
+    flags.add("--join", join_,
+              "find each INPUT, or each setup of an E57, in the map of those before it");
     flags.addOutput("--matrix", matrices_,
                     "with --join: write where each INPUT is, 4 x 4 numbers (T_map_input), to a "
                     "file of its name in this folder");
@@ -65,7 +67,7 @@ class MapCommand final : public Command {
   }
 
   ExitCode run(const Job& job) override {
-    const std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
+    std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
     const std::string& out = job.operands.back();
     if (endingOf(out) != ".xvm")
       throw UsageError(out + ": a map ends with .xvm; the last operand is the map to write");
@@ -79,6 +81,7 @@ class MapCommand final : public Command {
     if (exists && !map::isMapFile(out))
       throw Error(out, "exists and is no map; the last operand is the map to write");
     requireWritable(out);
+    if (join_) inputs = setupsOfAll(inputs);
     if (!matrices_.empty()) prepareMatrices(inputs);
     const map::MapLock lock(out);
     if (join_) return joinAll(inputs, out, job);
@@ -122,6 +125,16 @@ class MapCommand final : public Command {
     job.narrate.stage("save", watch.lap_ms(), out);
     printMap(out, map);
     return kDone;
+  }
+
+  /// Each setup of an E57 is an input.
+  static std::vector<std::string> setupsOfAll(const std::vector<std::string>& inputs) {
+    std::vector<std::string> all;
+    for (const std::string& input : inputs) {
+      const std::vector<std::string> setups = io::setupsOf(input);
+      all.insert(all.end(), setups.begin(), setups.end());
+    }
+    return all;
   }
 
   /// Those that were not found are tried again as long as the map grows.

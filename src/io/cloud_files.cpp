@@ -286,6 +286,16 @@ TellingPoints tellingPoints(const std::string& path, double enough) {
   return result;
 }
 
+std::vector<std::string> setupsOf(const std::string& path) {
+  if (endingOf(path) != ".e57") return {path};
+  InputFile file(path);
+  const std::size_t count = readCloudLayout(file).setups;
+  if (count == 1) return {path};
+  std::vector<std::string> setups;
+  for (std::size_t i = 1; i <= count; ++i) setups.push_back(fmt::format("{}#{}", path, i));
+  return setups;
+}
+
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields) {
   if (isTiledCloud(path)) return readTiledHeader(path, fields);
   InputFile file(path);

@@ -21,13 +21,14 @@ constexpr std::size_t kLongestLine = std::size_t{1} << 20;
 InputFile::InputFile(std::string path) : path_(std::move(path)) {
   namespace fs = std::filesystem;
   std::error_code problem;
-  const fs::file_status status = fs::status(path_, problem);
+  const std::string file = setupPathOf(path_).file;
+  const fs::file_status status = fs::status(file, problem);
   if (fs::is_directory(status)) fail("is a folder, expected a file");
   // Asked before it is opened: opening a pipe without a writer would wait for ever.
   if (fs::exists(status) && !fs::is_regular_file(status)) fail("is not a regular file");
-  file_.open(path_, std::ios::binary);
+  file_.open(file, std::ios::binary);
   if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
-  size_ = fs::file_size(path_, problem);
+  size_ = fs::file_size(file, problem);
 }
 
 bool InputFile::readLine(std::string_view& line) {
@@ -121,8 +122,17 @@ std::string inQuotes(std::string_view text) {
   return result + (text.size() > kLongest ? "...'" : "'");
 }
 
+SetupPath setupPathOf(const std::string& path) {
+  const std::size_t at = path.rfind('#');
+  if (at == std::string::npos) return {path};
+  const auto setup = numberFrom<std::uint32_t>(path.substr(at + 1));
+  const std::string file = path.substr(0, at);
+  return setup && *setup > 0 && endingOf(file) == ".e57" ? SetupPath{file, *setup}
+                                                         : SetupPath{path};
+}
+
 std::string endingOf(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
+  std::string ending = std::filesystem::path(setupPathOf(path).file).extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return ending;
 }

@@ -93,7 +93,14 @@ void appendNumber(std::string& bytes, T value) {
 /// A piece of a file for a message: printable, one line, not longer than 40 characters, in quotes.
 std::string inQuotes(std::string_view text);
 
-/// What a path ends in, in lower case: ".pcd".
+/// FILE.e57#2 is the second setup of an E57; every other path is that of a file.
+struct SetupPath {
+  std::string file;
+  std::size_t setup = 0;  ///< counted from 1; 0 = all
+};
+SetupPath setupPathOf(const std::string& path);
+
+/// What the path of a file ends in, in lower case: ".pcd".
 std::string endingOf(const std::string& path);
 
 /// The lines of a text, without their ends.

@@ -56,6 +56,7 @@ struct FileLayout {
   std::uint32_t label_bits = ~std::uint32_t{0};    ///< of the label column that are the class
   std::string georeference;        ///< coordinate system as the file says it; empty = none
   std::vector<std::string> notes;  ///< what is odd about the file, in sentences
+  std::size_t setups = 1;          ///< scans of an E57 that are read
   bool ends_with_rows = true;      ///< false: something that is not read may follow the last row
 
   const Element* findElement(const std::string& name) const;

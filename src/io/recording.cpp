@@ -326,7 +326,7 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options, s
     return fs::path(path).extension() == ".xvm" ? InputKind::map : kind;
   }
   std::error_code failed;
-  const fs::file_status status = fs::status(path, failed);
+  const fs::file_status status = fs::status(setupPathOf(path).file, failed);
   if (!fs::exists(status)) throw Error(path, "no such file or folder");
   return fs::is_directory(status) ? recogniseFolder(path) : recogniseFile(path, guess);
 }

@@ -94,6 +94,21 @@ TEST_F(E57Files, ScansLieWhereTheirPosesPutThem) {
   EXPECT_LT((cloud.position(2) - Eigen::Vector3d(99, 0, -2)).norm(), 1e-5);
 }
 
+TEST_F(E57Files, HaveSetupsThatAreReadAloneToo) {
+  const test::E57Points first = mixed(30, 1), second = mixed(20, 1);
+  const std::string path = write(test::e57Paged(test::e57Content({first, second})));
+  EXPECT_EQ(setupsOf(path), (std::vector<std::string>{path + "#1", path + "#2"}));
+  EXPECT_EQ(readCloud(path, {}, false).size(), 50U);
+  EXPECT_EQ(readCloud(path + "#1", {}, false).size(), 30U);
+  EXPECT_EQ(readCloudHeader(path + "#2").points, 20U);
+  EXPECT_EQ(openRecording(path + "#2")->read(0).cloud.size(), 20U);
+  EXPECT_EQ(test::messageOf<Error>([&] { readCloud(path + "#3", {}, false); }),
+            path + "#3: there is no such setup: it has 2 of them");
+  EXPECT_NE(test::messageOf<Error>([&] { readCloud(path + "#0", {}, false); }), "");
+  const std::string one = write(test::e57Paged(test::e57Content({first})));
+  EXPECT_EQ(setupsOf(one), std::vector<std::string>{one});
+}
+
 TEST_F(E57Files, PointsThatWereNotMeasuredAreDropped) {
   test::E57Points scan;
   scan.columns = kDoubles;

@@ -6,8 +6,10 @@
 #include <sstream>
 #include <thread>
 
+#include "support/e57.h"
 #include "support/test_data.h"
 #include "tools/tiny_town.h"
+#include "xview/io/cloud_files.h"
 #include "xview/io/pose_files.h"
 #include "xview/io/recording.h"
 #include "xview/map/semantic_map.h"
@@ -282,6 +284,37 @@ TEST_F(TinyTown, SessionsWithoutACommonFrameAreJoinedAndStrangersLeftOut) {
   const std::string none = file("none.xvm");
   EXPECT_EQ(runXview({"map", "--join", town("forward"), town("elsewhere"), none}).code, 3);
   EXPECT_FALSE(fs::exists(none));
+}
+
+/// What a cloud has, with its classes.
+E57Points setupOf(const std::string& path) {
+  E57Points setup;
+  setup.columns = {e57Real("cartesianX", 64), e57Real("cartesianY", 64), e57Real("cartesianZ", 64),
+                   e57Whole("label", 0, 255)};
+  const LabelledCloud cloud = io::readCloud(path);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d p = cloud.position(i);
+    setup.rows.push_back({p.x(), p.y(), p.z(), static_cast<double>(cloud.points[i].label)});
+  }
+  setup.packets = 1 + cloud.size() / 2000;  // which have 64 KB at most
+  return setup;
+}
+
+TEST_F(TinyTown, SetupsOfAnE57AreJoinedAsFilesAre) {
+  const std::string site = file("site.e57"), joined = file("site.xvm");
+  succeed({"lift", "-q", "--voxel", "0.3", town("forward"), file("setup_1.pcd")});
+  succeed({"lift", "-q", "--voxel", "0.3", town("rear"), file("setup_2.pcd")});
+  writeText(site,
+            e57Paged(e57Content({setupOf(file("setup_1.pcd")), setupOf(file("setup_2.pcd"))})));
+  succeed({"map", "-q", "--join", "--matrix", file("setups"), "--labels",
+           town("forward") + "/classes.yaml", site, joined});
+  EXPECT_EQ(map::openMap(joined).sources, (std::vector<std::string>{site + "#1", site + "#2"}));
+  EXPECT_TRUE(io::readMatrix(file("setups/site_1.txt")).isApprox(Eigen::Affine3d::Identity()));
+  const Eigen::Vector3d begin = io::openRecording(town("rear"))->pose(0).translation();
+  const auto truth = io::readPoses(town("rear") + "/groundtruth.txt").front();
+  EXPECT_LT((io::readMatrix(file("setups/site_2.txt")) * begin - truth.T_frame_sensor.translation())
+                .norm(),
+            0.5);
 }
 
 TEST_F(TinyTown, EveryChangeIsOnRecordAndCanBeTakenBack) {

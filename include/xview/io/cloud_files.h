@@ -33,6 +33,10 @@ bool isCloudFile(const std::string& path);  ///< ends in one of them, in letters
 /// Reads no more than the header; it is checked against the size of the file. Throws Error.
 CloudHeader readCloudHeader(const std::string& path, const CloudFields& fields = {});
 
+/// The setups of an E57 as paths of their own (FILE.e57#1, FILE.e57#2, …), each of which is read as
+/// a file with one scan; of everything else the path. Throws Error.
+std::vector<std::string> setupsOf(const std::string& path);
+
 /// Reads .pcd, .ply, .las, .e57 and folders of tiles (writeTiles) strictly; throws Error with path
 /// and line, or path and number of the point (from 0) in binary files.
 /// - The header is checked against the size of the file in 64 bit before anything is allocated;

@@ -261,6 +261,11 @@ E57Document readE57Document(const E57Pages& pages) {
   std::uint64_t left = pages.size();
   for (const Node& scan : scans->children) document.scans.push_back(scanOf(scan, pages, left));
   if (document.scans.empty()) pages.file().fail("has no scans");
+  if (const std::size_t setup = setupPathOf(pages.file().path()).setup) {
+    if (setup > document.scans.size())
+      pages.file().fail("there is no such setup: it has {} of them", document.scans.size());
+    document.scans = {document.scans[setup - 1]};
+  }
   if (const Node* text = root.find("coordinateMetadata")) document.coordinates = text->text;
   return document;
 }

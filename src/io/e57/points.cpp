@@ -211,6 +211,7 @@ FileLayout readE57Header(InputFile& file) {
   layout.format =
       fmt::format("E57, {} scan{}", document.scans.size(), document.scans.size() == 1 ? "" : "s");
   layout.encoding = Encoding::packets;
+  layout.setups = document.scans.size();
   layout.georeference = document.coordinates;
   layout.ends_with_rows = false;  // other sections and the XML follow
   Element points;
