@@ -150,6 +150,8 @@ class FollowCommand final : public Command {
     keepInitialPose(frame, answer);
     found_ += answer.found();
     results_->print(toJson(frame, answer, took_ms, error), job_->narrate);
+    if (const std::string jump = jumpText(answer); !jump.empty())
+      job_->narrate.note(fmt::format("frame {}: found {}", frame.number, jump));
     if (answer.state == last_state_) return;
     job_->narrate.line(
         fmt::format("frame {}: {}: {}", frame.number, toString(answer.state), answer.reason));

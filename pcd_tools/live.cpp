@@ -28,12 +28,18 @@ std::string toJson(const LiveFrame& frame, const FollowAnswer& answer, double la
     json["pose"] = poseJson(answer.T_map_sensor);
     if (frame.has_odometry) json["T_map_odom"] = rowMajor<4>(answer.T_map_odom.matrix());
     json["covariance"] = rowMajor<6>(answer.covariance);
+    if (answer.jump_m > 0) json["jump_m"] = std::round(1000 * answer.jump_m) / 1000;
   }
   json["reason"] = answer.reason;
   if (!answer.budget_exhausted.empty()) json["budget_exhausted"] = answer.budget_exhausted;
   if (!error.empty()) json["error"] = error;
   json["latency_ms"] = std::round(1000 * latency_ms) / 1000;
   return toText(json);
+}
+
+std::string jumpText(const FollowAnswer& answer) {
+  if (answer.jump_m <= 0) return {};
+  return fmt::format("{:.1f} m from where the odometry put it since the last pose", answer.jump_m);
 }
 
 FollowAnswer follow(Follower& follower, const QueryInput& input, const LiveFrame& about,

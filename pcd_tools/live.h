@@ -22,6 +22,8 @@ struct LiveFrame {
 /// `error`: why the frame could not be used.
 std::string toJson(const LiveFrame& frame, const FollowAnswer& answer, double latency_ms,
                    const std::string& error = {});
+/// What is said of a pose that jumped; empty if it did not.
+std::string jumpText(const FollowAnswer& answer);
 
 /// Adds what was read to those of a robot. `pose`: that of the odometry, if it is not in the input.
 /// Throws Error if the input is no frame, and as preprocessFrame().

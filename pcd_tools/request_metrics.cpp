@@ -18,6 +18,11 @@ void Metrics::add(const std::string& route, int status, double seconds) {
   if (latencies.last_s.size() > kLast) latencies.last_s.pop_front();
 }
 
+void Metrics::addJump() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++jumps_;
+}
+
 std::string Metrics::text(std::size_t connections, int exchanges, int maps) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::string text = "# TYPE xview_requests_total counter\n";
@@ -38,10 +43,11 @@ std::string Metrics::text(std::size_t connections, int exchanges, int maps) cons
         route, latencies.sum_s, latencies.count);
   }
   return text + fmt::format(
+                    "# TYPE xview_jumps_total counter\nxview_jumps_total {}\n"
                     "# TYPE xview_connections gauge\nxview_connections {}\n"
                     "# TYPE xview_map_exchanges_total counter\nxview_map_exchanges_total {}\n"
                     "# TYPE xview_maps_in_memory gauge\nxview_maps_in_memory {}\n",
-                    connections, exchanges, maps);
+                    jumps_, connections, exchanges, maps);
 }
 
 }  // namespace xview::tools

@@ -15,6 +15,7 @@ namespace xview::tools {
 class Metrics {
  public:
   void add(const std::string& route, int status, double seconds);
+  void addJump();  ///< of a robot that is followed
   std::string text(std::size_t connections, int exchanges, int maps) const;
 
  private:
@@ -27,6 +28,7 @@ class Metrics {
   mutable std::mutex mutex_;
   std::map<std::pair<std::string, int>, std::uint64_t> requests_;
   std::map<std::string, Latencies> latencies_;
+  std::uint64_t jumps_ = 0;
 };
 
 }  // namespace xview::tools

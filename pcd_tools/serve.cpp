@@ -326,6 +326,10 @@ class ServeCommand final : public Command {
       return follow(*robot->follower, openQuery(body.path(), input_, map->job, map->map.labels),
                     frame, T_odom_sensor);
     });
+    if (const std::string jump = jumpText(answer); !jump.empty()) {
+      metrics_.addJump();
+      job_->narrate.note(fmt::format("/track/{}: found {}", request.matches[1].str(), jump));
+    }
     return toJson(frame, answer, 1000 * secondsSince(came));
   }
 

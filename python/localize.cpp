@@ -136,7 +136,8 @@ class FollowedRobot {
     answer.track = TrackAnswer{{},
                                follow.was_expected,
                                follow.state == FollowAnswer::State::lost,
-                               follow.expected_within_m};
+                               follow.expected_within_m,
+                               follow.jump_m};
     if (follow.found()) {
       answer.fix.status = Status::accepted;
       answer.fix.reason_code = ReasonCode::accepted;

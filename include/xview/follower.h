@@ -34,6 +34,8 @@ struct FollowAnswer {
   std::optional<Localization> window{};
   bool was_expected = false;     ///< the window was accepted where odometry expects it
   double expected_within_m = 0;  ///< of there, horizontally [m]; 0 = it was expected nowhere
+  /// How far T_map_odom moved the robot since the last pose [m]; 0 = no farther than fixes err.
+  double jump_m = 0;
 
   bool found() const { return state == State::found; }
 };

@@ -98,7 +98,8 @@ struct Follower::State {
   int since_window_ = 0;
   int failed_checks_ = 0;  ///< frames in a row that do not fit
   bool was_found_ = false;
-  std::optional<Localization> window_answer_;  ///< of the last window, until it is handed out
+  std::optional<Eigen::Isometry3d> T_map_odom_;  ///< of the last fix, also while it is lost
+  std::optional<Localization> window_answer_;    ///< of the last window, until it is handed out
   bool was_expected_ = false;
   double expected_within_m_ = 0;
   std::optional<Eigen::Isometry3d> last_;  ///< T_odom_sensor
@@ -194,6 +195,7 @@ FollowAnswer Follower::State::add(const Query& query) {
   lose();
   frames_.clear();
   last_.reset();
+  T_map_odom_.reset();
   const Localization fix = localizer_.localize(query);
   window_answer_ = fix;
   if (!fix.accepted()) return withoutPose(fix.reason);
@@ -229,7 +231,13 @@ FollowAnswer Follower::State::found(const Localization& fix) {
   fix_ = Fix{fix.T_map_sensor * last_->inverse(), fix.T_map_sensor, fix.covariance,
              logOdds(fix.confidence), 0};
   was_found_ = true;
-  return predicted(Source::fix, fix.reason);
+  FollowAnswer answer = predicted(Source::fix, fix.reason);
+  if (const auto before = std::exchange(T_map_odom_, fix_->T_map_odom)) {
+    const double moved_m =
+        ((*before * *last_).translation() - answer.T_map_sensor.translation()).norm();
+    if (moved_m > kJump_m * localizer_.size()) answer.jump_m = moved_m;
+  }
+  return answer;
 }
 
 /// One step of a sequential test between "still there" and "elsewhere".
@@ -268,10 +276,13 @@ FollowAnswer Follower::State::searched(const Query& query) {
   sequence_.reset();
   tracker_.emplace(localizer_, options_);
   tracker_->begin(query, fix);
+  const auto before = T_map_odom_;
   const FollowAnswer answer = found(fix);
   // If the robot was carried away in between, most frames of the window are those of before.
   failed_checks_ = newestFits() ? 0 : 1;
-  return failed_checks_ == 0 ? answer : withoutPose(kDoesNotFit);
+  if (failed_checks_ == 0) return answer;
+  T_map_odom_ = before;  // nobody was told
+  return withoutPose(kDoesNotFit);
 }
 
 Follower::Follower(const Localizer& localizer, const FollowOptions& options)

@@ -13,6 +13,7 @@ struct TrackAnswer {
   bool local = false;   ///< found where it was expected; else the whole map was searched
   bool lost = false;    ///< it was expected somewhere, but does not agree with the map there
   double radius_m = 0;  ///< of the expectation, horizontally [m]; 0 if there was none
+  double jump_m = 0;    ///< as in FollowAnswer
 };
 
 /// Follows a robot from fix to fix: the last accepted pose and the odometry since then say where

@@ -133,6 +133,9 @@ void Follow::expectRightPosesThough(bool odometry_jumps) {
       EXPECT_LT((positionIn(lines[k]) - *positions[k]).norm(), 1) << lines[k];
     }
   }
+  const auto jumps = std::count_if(lines.begin(), lines.end(),
+                                   [](const Json& line) { return line.contains("jump_m"); });
+  EXPECT_EQ(jumps, 1);
   EXPECT_EQ(lines[third - 1]["state"], "found") << lines[third - 1];
   EXPECT_EQ(lines.back()["state"], "found") << lines.back();
 }
