@@ -74,6 +74,8 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("self_consistency", dense.self_consistency, Written::if_asked);
   visit("free_space_violation", dense.free_space_violation, Written::if_asked);
   visit("feature_margin", s.feature_margin, Written::if_asked);
+  visit("storeys", s.storeys, Written::if_asked);
+  visit("other_storey", s.other_storey, Written::if_asked);
 }
 
 template <class Value>
@@ -139,9 +141,11 @@ Json sequenceOf(const SequenceAnswer& sequence) {
 }
 
 Json trackOf(const TrackAnswer& track) {
-  return {{"searched", track.local ? "expected" : "everywhere"},
-          {"lost", track.lost},
-          {"radius_m", track.radius_m}};
+  Json json = {{"searched", track.local ? "expected" : "everywhere"},
+               {"lost", track.lost},
+               {"radius_m", track.radius_m}};
+  if (track.jump_m > 0) json["jump_m"] = track.jump_m;
+  return json;
 }
 
 Status statusFrom(const std::string& text) {

@@ -12,6 +12,7 @@
 
 #include "base/pose.h"
 #include "map/contents.h"
+#include "place/storeys.h"
 #include "tool.h"
 #include "xview/base/error.h"
 #include "xview/base/semantic_place.h"
@@ -88,6 +89,30 @@ std::optional<std::string> apartness(const map::SemanticMap& map, const std::str
   return fmt::format("is {:.0f} m away from {}; are they in one frame?", apart_m, map_name);
 }
 
+/// Whether what two walks through rooms saw lies on several floors, mostly on others than those of
+/// the other one: views from above tell nothing then.
+bool areOfSeveralFloors(const map::SemanticMap& map, const map::SemanticMap& addition) {
+  constexpr double kBeside_m = 4;
+  if (map.size >= kTownScale) return false;
+  const Eigen::Quaterniond& upright = map.gravity.alignment;
+  const auto walksOver = [&](const map::SemanticMap& walk) {
+    return standOnSeveralFloors(walk.poses, upright);
+  };
+  std::size_t above = 0, beside = 0;
+  for (const Eigen::Isometry3d& T : addition.poses) {
+    bool is_near = false, is_beside = false;
+    for (const Eigen::Isometry3d& there : map.poses) {
+      const Eigen::Vector3d way = upright * (T.translation() - there.translation());
+      if (way.head<2>().norm() > kBeside_m) continue;
+      is_near = true;
+      is_beside = is_beside || std::abs(way.z()) < kLowestStorey_m;
+    }
+    above += is_near && !is_beside;
+    beside += is_beside;
+  }
+  return above > beside || walksOver(map) || walksOver(addition);
+}
+
 std::string whyInAnotherFrame(const FrameEvidence& evidence) {
   constexpr double kFits = 0.4;
   const std::string seen = evidence.area_m2 > 0
@@ -133,15 +158,13 @@ void logOwnDrive(const map::SemanticMap& map, const std::string& query, const Po
                  "nothing about other visits");
 }
 
-std::optional<std::string> objectionTo(const map::SemanticMap& addition,
-                                       const map::SemanticMap& map, const std::string& map_name,
-                                       const Options& options) {
-  if (isInAlready(map, addition)) {
-    return fmt::format(
-        "is in {} already; adding it once more counts the same things twice and shows nothing new",
-        map_name);
-  }
-  if (const auto apart = apartness(map, map_name, addition)) return apart;
+namespace {
+
+/// Why both cannot be in one frame.
+std::optional<std::string> contradictionOf(const map::SemanticMap& addition,
+                                           const map::SemanticMap& map, const std::string& map_name,
+                                           const Options& options) {
+  if (areOfSeveralFloors(map, addition)) return std::nullopt;
   const auto evidence = evidenceOfOneFrame(map, addition, options);
   if (!evidence || !evidence->contradicts()) return std::nullopt;
   const std::string name = nameOf(addition);
@@ -151,6 +174,26 @@ std::optional<std::string> objectionTo(const map::SemanticMap& addition,
     advice += fmt::format(", `xview lift {} --transform T.txt -o moved.pcd` applies it", name);
   return fmt::format("does not fit {}: {}; are they in one frame? {}", map_name,
                      whyInAnotherFrame(*evidence), advice);
+}
+
+/// Why it should not be added, though it may be in one frame.
+std::optional<std::string> repetitionOf(const map::SemanticMap& addition,
+                                        const map::SemanticMap& map, const std::string& map_name) {
+  if (isInAlready(map, addition)) {
+    return fmt::format(
+        "is in {} already; adding it once more counts the same things twice and shows nothing new",
+        map_name);
+  }
+  return apartness(map, map_name, addition);
+}
+
+}  // namespace
+
+std::optional<std::string> objectionTo(const map::SemanticMap& addition,
+                                       const map::SemanticMap& map, const std::string& map_name,
+                                       const Options& options) {
+  if (auto repetition = repetitionOf(addition, map, map_name)) return repetition;
+  return contradictionOf(addition, map, map_name, options);
 }
 
 void logConsistencyChecks(const map::SemanticMap& map, const std::string& map_name,
@@ -188,19 +231,31 @@ void SketchedRecordings::finishLast() {
   frames_ = 0;
 }
 
-void SketchedRecordings::logConsistencyChecks(const Narrative& narrate) {
+void SketchedRecordings::check(bool accept_all, const Narrative& narrate) {
   if (last_) finishLast();
   const auto distance = [&](std::size_t i, std::size_t j) {
     return distanceOf(sketches_[j].poses, sketches_[i].poses);
   };
+  std::size_t contradicted = 0;
   for (std::size_t i = 1; i < sketches_.size(); ++i) {
     std::size_t nearest = 0;
     for (std::size_t j = 1; j < i; ++j) {
       if (distance(i, j) < distance(i, nearest)) nearest = j;
     }
-    tools::logConsistencyChecks(sketches_[nearest], sketches_[nearest].sources[0], sketches_[i],
-                                options_, narrate);
+    const map::SemanticMap &addition = sketches_[i], &map = sketches_[nearest];
+    auto objection = repetitionOf(addition, map, map.sources[0]);
+    if (!objection) {
+      objection = contradictionOf(addition, map, map.sources[0], options_);
+      contradicted += objection.has_value();
+    }
+    if (objection) narrate.note(nameOf(addition) + " " + *objection);
   }
+  if (accept_all || contradicted == 0 || 2 * contradicted < sketches_.size() - 1) return;
+  throw Error(sources_[0]->name(),
+              fmt::format("{} of the {} recordings after it do not fit those before them, so they "
+                          "have no common frame; `xview map --join` finds where each is, --force "
+                          "takes them as they are",
+                          contradicted, sketches_.size() - 1));
 }
 
 }  // namespace xview::tools

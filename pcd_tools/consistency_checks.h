@@ -39,7 +39,8 @@ void logConsistencyChecks(const map::SemanticMap& map, const std::string& map_na
                           const Narrative& narrate);
 
 /// The same for recordings that become one map at once: each of them by itself, made of some of its
-/// frames, against the one before it that it lies nearest to.
+/// frames, against the one before it that it lies nearest to. A heap, of which half does not fit,
+/// is an Error unless the user wants it so.
 class SketchedRecordings {
  public:
   /// `sources` must outlive this.
@@ -47,7 +48,7 @@ class SketchedRecordings {
       : sources_(sources), options_(options) {}
   /// In order of the recordings and of their frames.
   void add(const FrameSource& source, const PreprocessedFrame& frame);
-  void logConsistencyChecks(const Narrative& narrate);
+  void check(bool accept_all, const Narrative& narrate);
 
  private:
   void finishLast();

@@ -52,7 +52,8 @@ class MapCommand final : public Command {
                     "file of its name in this folder");
     flags.add("--without SOURCE", without_, "take out of MAP what was added from there");
     flags.add("--undo", undo_, "take back the last change of MAP");
-    flags.add("--force", force_, "append also what contradicts the map or is in it already");
+    flags.add("--force", force_,
+              "take also what contradicts the map or the other inputs, or is in it already");
   }
 
   RecordingsOfMap recordings(const Job& job) const override {
@@ -267,7 +268,7 @@ class MapCommand final : public Command {
         sources, job, use, [&](const FrameSource& source, const PreprocessedFrame& frame) {
           if (sources.size() > 1) sketches.add(source, frame);
         });
-    sketches.logConsistencyChecks(job.narrate);
+    sketches.check(force_, job.narrate);
     if (map.graph.empty() && map.bev.sampleCount() == 0) {
       throw Error(recordings.front()->name(),
                   "nothing to make a map of: no blob of any known class");

@@ -48,7 +48,7 @@ struct Explanation {
 };
 
 /// Where a query is expected, from something else than the query: odometry since the last fix,
-/// another sensor.
+/// another sensor. Of a building its height says on which floor.
 struct ExpectedPose {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();
   double radius_m = 0;  ///< greatest horizontal distance of the last sensor from that pose

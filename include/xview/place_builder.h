@@ -19,6 +19,7 @@ namespace xview {
 class BevGridBuilder;
 class OdometryCheck;
 class PlaceGraphBuilder;
+struct StoreyOfPlace;
 
 /// The name of the label set of classes from shapes.
 constexpr const char* kShapes = "shapes";
@@ -133,8 +134,8 @@ class PlaceBuilder {
   void thinPoints();
   void estimateAlignment();
   void addAligned(const PreprocessedFrame& frame);
-  void drawGraph();
-  void finishPoints();
+  void drawGraph(const std::vector<StoreyOfPlace>& storeys);
+  void finishPoints(const std::vector<StoreyOfPlace>& storeys);
 
   Options given_, options_;  ///< in metres, at canonical scale
   PlaceUse use_;

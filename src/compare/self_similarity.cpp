@@ -13,6 +13,7 @@
 #include "localizer/localizer_index.h"
 #include "localizer/pose_refinement.h"
 #include "localizer/query_in_map.h"
+#include "localizer/storeys_of_map.h"
 #include "map/contents.h"
 #include "place/gravity.h"
 #include "pose/distribution_map.h"
@@ -118,10 +119,7 @@ class SelfSearch {
         verdict_model_(verdict::verdictModelOf(options.verdict)),
         ask_second_best_(ask_second_best) {
     if (map.poses.size() > 1 && map::hasView(map)) {
-      std::vector<Eigen::Vector3d> path;
-      for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
-      field_ = search::makeSurfaceField(map::searchedView(map), path, surroundingsOf(map.size),
-                                        map.null, options.places, options.threads);
+      field_ = surfaceFieldOf(map, options);
       along_ = wayOf(map);
       reach_m_ = reachOfPath();
       if (ask_second_best && map::countsOf(map).points > 0)
@@ -427,19 +425,32 @@ void conclude(const SelfQuery* first, const SelfQuery* last, SelfSimilarity::Pla
   }
 }
 
-/// A map upright and at canonical scale.
+/// Of the storeys of an upright map the one with most key frames; nothing if it is one plane.
+std::optional<StoreyOfMap> mainStorey(const map::SemanticMap& upright) {
+  std::optional<StoreyOfMap> main;
+  for (StoreyOfMap& storey : storeysOf(upright)) {
+    if (!main || storey.map.poses.size() > main->map.poses.size()) main = std::move(storey);
+  }
+  return main;
+}
+
+/// A map upright and at canonical scale; of a building one of its storeys.
 struct AlignedMap {
   AlignedMap(const map::SemanticMap& given, const Options& in_metres)
       : options(optionsOfSearch(in_metres, given.size, given.labels)),
         scaled(given, 1 / given.size),
         gravity(gravityOf(*scaled, options.gravity)),
         turned(gravityAlignedMap(*scaled, gravity.alignment)),
-        map(turned ? *turned : *scaled) {}
+        storey(mainStorey(turned ? *turned : *scaled)),
+        map(storey   ? storey->map
+            : turned ? *turned
+                     : *scaled) {}
 
   const Options options;
   const Scaled<map::SemanticMap> scaled;
   const Gravity gravity;
   const std::optional<map::SemanticMap> turned;
+  const std::optional<StoreyOfMap> storey;
   const map::SemanticMap& map;
 };
 
@@ -476,9 +487,10 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
   if (given.size == kTownScale && !given.stored_view && !map::hasOverview(given))
     given.overview = search::overviewOfLarge(given.bev);
   const AlignedMap town(given, in_metres);
+  if (town.storey && first_pose > 0) return measureNullHypothesis(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
   if (first_pose == 0) places = search.choosePlaces(kRememberedPlaces);
-  given.null = search.pathNull();
+  if (!town.storey) given.null = search.pathNull();
   for (const auto& q : askAll(search, places, kRememberedLengths_m, town.options.threads)) {
     if (q) given.own_stretches.push_back({q->window_m * given.size, q->confidence});
     if (q && q->second_best) given.wrong_places.push_back(q->at_second_best);
@@ -499,7 +511,7 @@ SelfSimilarity measureSelfSimilarity(const map::SemanticMap& given, const Option
   const Eigen::Quaterniond back = town.gravity.alignment.conjugate();
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     SelfSimilarity::Place place;
-    place.key_frame = chosen[i];
+    place.key_frame = town.storey ? town.storey->key_frames[chosen[i]] : chosen[i];
     place.position = size * (back * search.positionOf(chosen[i]));
     std::vector<SelfQuery> here;
     for (std::size_t k = 0; k < kCount; ++k) {

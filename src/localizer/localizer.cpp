@@ -61,6 +61,32 @@ double marginOf(const std::vector<match::FeaturePose>& features) {
   return std::max(1.0, features[0].share / std::max(kByChance, next));
 }
 
+/// From the second-best place up to the best one.
+double heightBetween(const std::vector<search::PlaceHypothesis>& places) {
+  return places[0].T_map_query.translation().z() - places[1].T_map_query.translation().z();
+}
+
+/// Nobody changes floors unseen: what is in another storey than the pose that is expected goes.
+void keepStoreyOf(const Eigen::Isometry3d& T_expected, Candidates& found) {
+  if (!found.in_field || found.in_field->storeys().size() == 1) return;
+  const int storey = found.in_field->at(T_expected).storey();
+  std::vector<search::PlaceHypothesis>& places = found.places;
+  places.erase(std::remove_if(places.begin(), places.end(),
+                              [&](const auto& place) { return place.storey != storey; }),
+               places.end());
+  found.to_register = countClose(places);
+}
+
+/// Names the floors of the two best places.
+void tellStoreys(const Candidates& found, double size, Localization& answer) {
+  const std::vector<search::PlaceHypothesis>& places = found.places;
+  if (places.size() < 2 || places[0].storey == places[1].storey) return;
+  answer.reason +=
+      fmt::format("; floors {} and {} of {}, {:.1f} m apart in height", 1 + places[0].storey,
+                  1 + places[1].storey, found.in_field->storeys().size(),
+                  size * std::abs(heightBetween(places)));
+}
+
 /// The answer to a query that needs no search.
 Localization unfindable(const Query& query, std::string reason) {
   Localization answer;
@@ -88,7 +114,7 @@ void tellJump(const OdometryJump& jump, std::size_t frames, Localization& answer
 }  // namespace
 
 PlaceIndex::PlaceIndex(const map::SemanticMap& given, const Options& all_options,
-                       const Method& method_of_options)
+                       const Method& method_of_options, const map::CommonDetail& detail)
     : options(all_options),
       gravity(gravityOf(given, options.gravity)),
       turned(gravityAlignedMap(given, gravity.alignment)),
@@ -100,7 +126,7 @@ PlaceIndex::PlaceIndex(const map::SemanticMap& given, const Options& all_options
       walks(map.graph, map.stored_vertices.get(), map.labels, options),
       refinement(map, options),
       method(method_of_options),
-      fields(map, options, method.scores_poses),
+      fields(map, options, method.scores_poses, detail),
       proposer(method.make({map, fields, walks, options})),
       feature_index(map, options.threads) {}
 
@@ -151,6 +177,7 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
 
   Candidates found = proposer->propose(*query, priors, answer.timing_ms);
   found.second_best_score = std::max(found.second_best_score, second_best_score);
+  if (expected) keepStoreyOf(toAligned(given, expected->T_map_query), found);
   Eigen::Isometry3d T_by_features;
   if (!features.empty()) {
     T_by_features = features[0].T_map_query * frame.R_up.conjugate();
@@ -169,6 +196,7 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
       match::isOnePose(T_by_features, registered.places[0].T_map_query * registered.turn,
                        middleOf(*query), kAtFeatures_m))
     evidence.feature_margin = marginOf(features);
+  if (!expected) addStoreys(found, evidence);
   evidence.second_best_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());
@@ -176,6 +204,7 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
   frame.R_up = registered.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
+  if (answer.status == Status::ambiguous) tellStoreys(found, map.size, answer);
   if (answer.accepted() && sayAnything(priors) &&
       !satisfies(priors, query->sensor,
                  answer.hypotheses[0].T_map_query * (registered.turn * query->poses.back())))
@@ -390,7 +419,7 @@ const PlaceIndex& Localizer::indexFor(const Query& query) const {
     Options options = index_->options;
     if (detail.shapes && options.places.likelihoods.empty())
       options.places.likelihoods = search::kShapesInLabels;
-    coarse.index = std::make_unique<PlaceIndex>(coarse.map, options, index_->method);
+    coarse.index = std::make_unique<PlaceIndex>(coarse.map, options, index_->method, detail);
   }
   return *coarse.index;
 }
@@ -542,6 +571,8 @@ verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& re
   if (places.size() > 1 && scoreOf(1) >= found.second_best_score) {
     const PlacePose &here = places[0].centre, &there = places[1].centre;
     e.second_best_distance_m = std::hypot(here.x - there.x, here.y - there.y);
+    if (places[0].storey != places[1].storey)
+      e.second_best_distance_m = std::hypot(e.second_best_distance_m, heightBetween(places));
   }
   e.paired = static_cast<int>(pairsAt(0, found).size());
   if (found.matches.empty() || found.matches[0].poses.empty()) return e;
@@ -551,6 +582,22 @@ verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& re
   e.kept_under_null = chain.kept_under_null;
   e.kept_if_true = chain.kept_if_true;
   return e;
+}
+
+void addStoreys(const Candidates& found, verdict::Evidence& evidence) {
+  if (!found.in_field || found.places.empty()) return;
+  const search::PlaceHypothesis& best = found.places[0];
+  const std::vector<const search::FieldQuery*> storeys = found.in_field->storeys();
+  if (storeys.size() == 1 || !(best.score() > 0)) return;
+  double most = 0;
+  for (const search::FieldQuery* storey : storeys) {
+    if (storey->storey() == best.storey) continue;
+    const PlacePose there =
+        storey->refineLocally(storey->centrePose(best.T_map_query), search::RefinementLevel::fine);
+    most = std::max(most, there.score / best.score());
+  }
+  evidence.storeys = static_cast<double>(storeys.size());
+  evidence.other_storey = most;
 }
 
 void adoptRefinedPose(RegisteredPlaces& registered, Localization& answer) {

@@ -36,6 +36,9 @@ verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& re
 /// Places with similar bird's-eye views are told apart by the registration of their points.
 void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered);
 
+/// How many storeys the map has, and how well another one fits where the first candidate is.
+void addStoreys(const Candidates& found, verdict::Evidence& evidence);
+
 /// The refined pose of the best place becomes that of the answer.
 void adoptRefinedPose(RegisteredPlaces& registered, Localization& answer);
 
@@ -49,7 +52,9 @@ Localization inMetres(Localization answer, double size);
 
 /// What is made once per map, and the steps of a localization. The map stands upright here.
 struct PlaceIndex {
-  PlaceIndex(const map::SemanticMap& given, const Options& all_options, const Method& method);
+  /// `detail`: that of a map that was reduced.
+  PlaceIndex(const map::SemanticMap& given, const Options& all_options, const Method& method,
+             const map::CommonDetail& detail = {});
 
   /// `features`: poses by local features, the first of which is registered as well.
   Localization localize(const Query& given, const ExpectedPose* expected,

@@ -322,7 +322,7 @@ RefinedPose PoseRefinement::refine(const Query& query, const search::FieldQuery*
     useRecentPart(step);
     if (!query.cloud.empty() && distributions_)
       useClouds(step);
-    else if (step.recent)
+    else if (step.recent && in_field->storeys().size() == 1)  // the view has all floors in one
       useBev(step);
     timing_ms.emplace_back("refine", watch.lap_ms());
   }

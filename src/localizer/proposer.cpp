@@ -6,6 +6,7 @@
 #include "base/pose.h"
 #include "localizer/level_on_map.h"
 #include "localizer/query_in_map.h"
+#include "localizer/storeys_of_map.h"
 #include "map/contents.h"
 #include "verdict/verdict.h"
 #include "xview/base/budget.h"
@@ -28,12 +29,6 @@ constexpr int kWalkPlaces = 3;              ///< poses that walks may propose in
 /// with the query.
 constexpr double kNatsOfInlier = 7, kWrongInliers = 2.5, kWrongInlierShare = 0.09,
                  kMostWrongInliers = 12;
-
-std::vector<Eigen::Vector3d> trajectoryOf(const map::SemanticMap& map) {
-  std::vector<Eigen::Vector3d> path;
-  for (const Eigen::Isometry3d& T : map.poses) path.push_back(T.translation());
-  return path;
-}
 
 /// The score counts what the query shows of the map, not what it lacks: a wrong place that the map
 /// knows well may have a larger score than the right one. If the map overlap of the best place is
@@ -181,12 +176,11 @@ PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {
           place.of_surfaces,  {}};
 }
 
-MapFields::MapFields(const map::SemanticMap& map, const Options& options, bool with_views)
+MapFields::MapFields(const map::SemanticMap& map, const Options& options, bool with_views,
+                     const map::CommonDetail& detail)
     : map_(map), options_(options) {
   if (!with_views || !map::hasView(map)) return;
-  surfaces_ =
-      search::makeSurfaceField(map::searchedView(map), trajectoryOf(map), surroundingsOf(map.size),
-                               map.null, options.places, options.threads);
+  surfaces_ = surfaceFieldOf(map, options, detail);
 }
 
 std::unique_ptr<const search::FieldQuery> MapFields::prepare(const Query& query) const {

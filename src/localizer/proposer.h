@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "localizer/query_check.h"
+#include "map/common_detail.h"
 #include "match/walk_matching.h"
 #include "search/search.h"
 #include "xview/localizer.h"
@@ -34,8 +35,9 @@ PlaceEvidence evidenceOf(const search::PlaceHypothesis& place);
 /// if both have them, else their graphs. Map and options must outlive it.
 class MapFields {
  public:
-  /// `with_views`: false leaves the view of the map aside.
-  MapFields(const map::SemanticMap& map, const Options& options, bool with_views);
+  /// `with_views`: false leaves the view of the map aside. `detail`: see surfaceFieldOf().
+  MapFields(const map::SemanticMap& map, const Options& options, bool with_views,
+            const map::CommonDetail& detail);
 
   bool isView(const Query& query) const { return surfaces_ && !query.bev.known.empty(); }
   const search::Field* surfaces() const { return surfaces_.get(); }  ///< null without views

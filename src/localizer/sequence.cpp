@@ -8,6 +8,7 @@
 #include <deque>
 
 #include "base/pose.h"
+#include "place/storeys.h"
 #include "verdict/verdict.h"
 #include "xview/base/budget.h"
 #include "xview/base/error.h"
@@ -214,7 +215,15 @@ struct Sequence::State {
 
   /// Two tracks are one if the newest window sees them at one pose.
   bool isSamePlace(const PoseCheck& a, const PoseCheck& b) const {
-    return samePlace(placeNow(a), placeNow(b));
+    return samePlace(placeNow(a), placeNow(b)) && !areOnTwoStoreys(a, b);
+  }
+
+  double heightBetween(const PoseCheck& a, const PoseCheck& b) const {
+    const Eigen::Vector3d sensor = windows.back().sensor();
+    return (a.T_map_query * sensor - b.T_map_query * sensor).z();
+  }
+  bool areOnTwoStoreys(const PoseCheck& a, const PoseCheck& b) const {
+    return localizer.size() < kTownScale && std::abs(heightBetween(a, b)) > kLowestStorey_m;
   }
 
   void judgeSum(SequenceAnswer& answer) const {
@@ -276,9 +285,15 @@ struct Sequence::State {
       const PlacePose best = placeNow(tracks[0].seen.back()),
                       next = placeNow(tracks[1].seen.back());
       e.second_best_distance_m = std::hypot(best.x - next.x, best.y - next.y);
+      const PoseCheck &here = tracks[0].seen.back(), &there = tracks[1].seen.back();
+      e.second_best_distance_m *= localizer.size();  // for words, in lengths of the place
+      if (areOnTwoStoreys(here, there))
+        e.second_best_distance_m = std::hypot(e.second_best_distance_m, heightBetween(here, there));
     }
     e.windows = answer.windows;
     e.sigma_m = at_best.statistics.sigma_m;
+    e.storeys = at_best.statistics.storeys;
+    e.other_storey = at_best.statistics.other_storey;
     DenseEvidence& newest = tracks[0].seen.back().evidence.dense = at_best.statistics.dense;
     if (!newest.registered()) return e;
     e.dense = verifyDensely(tracks[0]);

@@ -15,6 +15,7 @@
 #include "place/point_quality.h"
 #include "place/raw_recording.h"
 #include "place/sound_input.h"
+#include "place/storeys.h"
 #include "xview/base/budget.h"
 #include "xview/base/error.h"
 #include "xview/base/localization.h"
@@ -139,10 +140,16 @@ Place PlaceBuilder::finish() {
   askBudget("the view from above");
   place_.bev = bev_->build();
   place_.bev.alignment = place_.gravity.alignment;
+  std::vector<StoreyOfPlace> storeys;
+  if (use_ == PlaceUse::map &&
+      !StoreyFinder(place_.poses, place_.gravity.alignment, place_.size).isOnePlane()) {
+    thinPoints();
+    storeys = storeysOf(place_);
+  }
   askBudget("the graph");
-  drawGraph();
+  drawGraph(storeys);
   if (odometry_ && place_.poses.size() >= kFewestToDoubt) place_.newest = newestPart();
-  finishPoints();
+  finishPoints(storeys);
   if (use_ == PlaceUse::query && place_.poses.empty())
     place_.poses.push_back(Eigen::Isometry3d::Identity());  // nothing was seen, from nowhere
   if (place_.size != kTownScale) scaleLengths(place_.size, place_);
@@ -216,19 +223,23 @@ void PlaceBuilder::addAligned(const PreprocessedFrame& frame) {
 }
 
 /// Thin objects stand where the BEV grid has them, unless the graph is made as in the paper.
-void PlaceBuilder::drawGraph() {
+void PlaceBuilder::drawGraph(const std::vector<StoreyOfPlace>& storeys) {
   place_.graph = graph_->graph();
   if (isImageSpace(options_)) return;
   place_.graph.space = GraphSpace::cloud;
-  if (!usesImageRegions(options_) && options_.merge.mode == "running_mean")
-    placeThinObjects(place_.graph, place_.bev, place_.labels);
+  if (!usesImageRegions(options_) && options_.merge.mode == "running_mean") {
+    if (storeys.empty())
+      placeThinObjects(place_.graph, place_.bev, place_.labels);
+    else
+      placeThinObjects(storeys, place_);
+  }
   useRadius(place_.graph, options_.edges);
 }
 
 /// Points of a query: those of the frames of the last refine.reach_m metres of travel, last frame
 /// first. Points of a map: thinned. Both without points that are less accurate than their
 /// neighbours.
-void PlaceBuilder::finishPoints() {
+void PlaceBuilder::finishPoints(const std::vector<StoreyOfPlace>& storeys) {
   if (use_ == PlaceUse::map) thinPoints();
   if (!recent_.empty()) place_.cloud.origin = recent_.back().frame->cloud.origin;
   auto view = static_cast<std::uint32_t>(place_.poses.size());
@@ -245,7 +256,9 @@ void PlaceBuilder::finishPoints() {
   if (use_ == PlaceUse::query && place_.cloud.typicalSigma() > kEdge * options_.refine.max_sigma_m)
     place_.cloud.points.clear();
   keepBestMeasured(place_.cloud);
-  if (place_.gravity.known && !place_.bev.aerial)
+  if (!storeys.empty())
+    dropContradicted(storeys, place_);
+  else if (place_.gravity.known && !place_.bev.aerial)
     dropContradicted(place_.bev, place_.labels, place_.cloud);
 }
 

@@ -41,6 +41,7 @@ struct PlaceHypothesis {
   double map_coverage = 0;   ///< share of the query that falls where the map knows anything
   PartScore obstacles;       ///< upright surfaces and obstacles; surface fields only
   bool of_surfaces = false;  ///< bird's-eye views were compared, not vertices
+  int storey = 0;            ///< counted from below, if the field has several
   int matched = 0;           ///< objects (or vertices) of the query that have a partner
   /// Vertex pairs; similarity is the chance that the query vertex has a partner. Object fields
   /// only.
@@ -98,6 +99,13 @@ class FieldQuery {
   virtual std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& centre,
                                            double radius_m) const = 0;
 
+  /// The query in the storey in which a pose puts it: itself if there is one storey only.
+  virtual const FieldQuery& at(const Eigen::Isometry3d& /*T_map_query*/) const { return *this; }
+  /// The query in each storey, from below.
+  virtual std::vector<const FieldQuery*> storeys() const { return {this}; }
+  int storey() const { return storey_; }  ///< that it is in, counted from below
+  void setStorey(int storey) { storey_ = storey; }
+
   /// The score of a gravity-aligned pose [nats].
   double score(const Eigen::Isometry3d& T_map_query) const;
   /// What speaks for a pose. It stays where it is in the plane; height and tilt are found anew.
@@ -136,6 +144,7 @@ class FieldQuery {
   Eigen::Vector3d origin_, focus_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   double radius_ = 0;
+  int storey_ = 0;
 };
 
 /// What a place says about any query at any pose. Thread-safe.
@@ -176,6 +185,16 @@ std::unique_ptr<const Field> makeSurfaceField(const MapView& map,
                                               const std::vector<Eigen::Vector3d>& trajectory,
                                               Surroundings surroundings, const PathNull& known,
                                               const SearchOptions& options, int threads);
+
+/// A field that holds above a height of the map, up to the next one.
+struct FieldAbove {
+  double bottom = 0;
+  std::unique_ptr<const Field> field;
+  std::shared_ptr<const BevGrid> view;  ///< what the field refers to
+};
+/// Storeys of a building, from below, as one field: a search looks in each of them, a pose is asked
+/// of where it lies.
+std::unique_ptr<const Field> makeStackedField(std::vector<FieldAbove> storeys);
 
 /// A bare semantic graph: vertices with a class and nothing else. Densities and the spacing of
 /// surface vertices come from the map, so any set of classes will do. Vertices of ignored classes

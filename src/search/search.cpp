@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -198,10 +199,9 @@ Poses bestPosesOfWide(const FieldQuery& query, const std::vector<PlacePrior>& pr
   return all;
 }
 
-}  // namespace
-
-SearchResult search(const FieldQuery& query, const std::vector<PlacePrior>& priors,
-                    const SearchOptions& options, int threads) {
+/// search() in one storey.
+SearchResult searchStorey(const FieldQuery& query, const std::vector<PlacePrior>& priors,
+                          const SearchOptions& options, int threads) {
   SearchResult result;
   result.vertices = query.size();
   if (query.empty()) return result;
@@ -230,6 +230,30 @@ SearchResult search(const FieldQuery& query, const std::vector<PlacePrior>& prio
   std::stable_sort(result.places.begin(), result.places.begin() + static_cast<std::ptrdiff_t>(told),
                    [](const auto& a, const auto& b) { return a.score() > b.score(); });
   return result;
+}
+
+}  // namespace
+
+SearchResult search(const FieldQuery& query, const std::vector<PlacePrior>& priors,
+                    const SearchOptions& options, int threads) {
+  const std::vector<const FieldQuery*> storeys = query.storeys();
+  if (storeys.size() == 1) return searchStorey(*storeys[0], priors, options, threads);
+  SearchOptions in_full = options;  // a place without a height may be in any storey
+  in_full.hypotheses = std::numeric_limits<int>::max();
+  SearchResult all;
+  for (const FieldQuery* storey : storeys) {
+    SearchResult result = searchStorey(*storey, priors, in_full, threads);
+    all.outside = std::max(all.outside, result.outside);
+    all.poses += result.poses;
+    all.vertices = result.vertices;
+    for (PlaceHypothesis& place : result.places) {
+      place.storey = storey->storey();
+      all.places.push_back(std::move(place));
+    }
+  }
+  std::stable_sort(all.places.begin(), all.places.end(),
+                   [](const auto& a, const auto& b) { return a.score() > b.score(); });
+  return all;
 }
 
 PlacePrior priorOfPoint(const std::vector<PlacePrior>& priors, const Eigen::Vector2d& lever) {
@@ -266,21 +290,28 @@ PlaceHypothesis FieldQuery::inMap(const PlacePose& centre_pose, double height_m)
 }
 
 double FieldQuery::score(const Eigen::Isometry3d& T_map_query) const {
-  return scoreAt(centrePose(T_map_query));
+  const FieldQuery& here = at(T_map_query);
+  return here.scoreAt(here.centrePose(T_map_query));
 }
 
 PlaceHypothesis FieldQuery::describe(const Eigen::Isometry3d& T_map_query) const {
-  PlacePose pose = centrePose(T_map_query);
-  pose.score = scoreAt(pose);
-  return describeAt(pose);
+  const FieldQuery& here = at(T_map_query);
+  PlacePose pose = here.centrePose(T_map_query);
+  pose.score = here.scoreAt(pose);
+  PlaceHypothesis described = here.describeAt(pose);
+  described.storey = here.storey();
+  return described;
 }
 
 PlaceHypothesis FieldQuery::verify(const Eigen::Isometry3d& T_map_query) const {
-  PlacePose pose = centrePose(T_map_query);
+  const FieldQuery& here = at(T_map_query);
+  PlacePose pose = here.centrePose(T_map_query);
   for (const RefinementLevel how :
        {RefinementLevel::coarse, RefinementLevel::fine, RefinementLevel::polish})
-    pose = refineLocally(pose, how);
-  return describeAt(pose);
+    pose = here.refineLocally(pose, how);
+  PlaceHypothesis described = here.describeAt(pose);
+  described.storey = here.storey();
+  return described;
 }
 
 HeightFit FieldQuery::fitHeights(const Eigen::Isometry3d& /*T_map_query*/,

@@ -143,7 +143,8 @@ double oddsOfFeatures(const Statistics& s) {
 }
 
 double oddsOf(const Statistics& s, const VerdictModel& model) {
-  return model.weightsFor(s).logOdds(termsOf(s)) + oddsOfFeatures(s);
+  return model.weightsFor(s).logOdds(termsOf(s)) + oddsOfFeatures(s) -
+         std::log(s.storeys.value_or(1));  // each may have a wrong place that looks right
 }
 
 /// The statistics without dense evidence, as if nothing had been registered.
@@ -357,6 +358,8 @@ Statistics statisticsOf(const Evidence& e) {
   s.dense = e.dense;
   s.sigma_m = e.sigma_m;
   s.feature_margin = e.feature_margin;
+  s.storeys = e.storeys;
+  s.other_storey = e.other_storey;
   if (s.dense.registered()) s.dense_margin = denseMarginOf(e);
   return s;
 }
@@ -436,6 +439,16 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     verdict.confidence = std::nextafter(o.min_confidence, 0.0);
     verdict.reason_code = ReasonCode::not_converged;
     verdict.reason = reason.ofUnconverged();
+    return verdict;
+  }
+  // Floors of one mould have their walls in common, and furniture moves.
+  constexpr double kOfOneMould = 0.5;
+  if (verdict.confidence >= o.min_confidence && s.other_storey.value_or(0) >= kOfOneMould) {
+    verdict.confidence = std::nextafter(o.min_confidence, 0.0);
+    verdict.status = Status::ambiguous;
+    verdict.reason_code = ReasonCode::ambiguous;
+    verdict.reason = fmt::format("another floor is alike there, and fits {:.0f} % as well",
+                                 100 * *s.other_storey);
     return verdict;
   }
   if (verdict.confidence >= o.min_confidence) {

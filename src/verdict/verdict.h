@@ -35,7 +35,7 @@ struct Evidence : PlaceEvidence {
   double kept_under_null = 0;  ///< how many of these would keep one at a wrong place
   double kept_if_true = 0;     ///< chance that one of these keeps one at the true place
   double sigma_m = 0;          ///< as in Statistics
-  std::optional<double> feature_margin;  ///< as in Statistics
+  std::optional<double> feature_margin, storeys, other_storey;  ///< as in Statistics
 
   /// The runner-up scores so well that it must be asked whether points agree there as well.
   bool secondBestIsClose() const { return runner_up > 0.5 * score; }

@@ -146,12 +146,17 @@ TEST_F(TinyTown, RecordingsOfTwoFramesAreSaidAndThoseOfOneAreNot) {
   std::ofstream(file("off.txt")) << T;
   const auto said = [&](const std::string& matrix) {
     succeed({"lift", "-q", town("rear"), "--transform", file(matrix), file("rear.pcd")});
-    return succeed({"map", town("forward"), file("rear.pcd"), file("both.xvm")}).err;
+    return runXview({"map", town("forward"), file("rear.pcd"), file("both.xvm")}, {120, 0, ""}).err;
   };
   EXPECT_EQ(said("T.txt").find("in one frame?"), std::string::npos);
   const std::string problem = said("off.txt");
   EXPECT_NE(problem.find(file("rear.pcd") + " does not fit " + town("forward")), std::string::npos)
       << problem;
+  EXPECT_NE(problem.find("no common frame; `xview map --join`"), std::string::npos) << problem;
+  const std::string heap = file("heap.xvm");
+  EXPECT_EQ(runXview({"map", "-q", town("forward"), file("rear.pcd"), heap}).code, 1);
+  EXPECT_FALSE(fs::exists(heap));
+  succeed({"map", "-q", "--force", town("forward"), file("rear.pcd"), heap});
   T(0, 3) += 1000;
   std::ofstream(file("away.txt")) << T;
   const std::string away = said("away.txt");

@@ -210,6 +210,10 @@ struct Statistics {
   /// How much more of the surfaces of the query lie on those of the map at the pose that local
   /// features say than at any other that they say, as a ratio >= 1. Set if that is the pose.
   std::optional<double> feature_margin;
+  std::optional<double> storeys;  ///< of the map, each of which was searched; set if it has several
+  /// What another storey scores at the same pose in the plane, at most, over the score here; set as
+  /// above.
+  std::optional<double> other_storey;
   double sigma_m = 0;  ///< largest standard deviation of the registered position in the plane, in
                        ///< canonical lengths; 0 = not known
 };

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "map/common_detail.h"
+#include "search/search.h"
+#include "xview/map/semantic_map.h"
+#include "xview/options.h"
+
+namespace xview {
+
+struct StoreyOfMap {
+  double bottom = 0;     ///< height from which on it holds
+  map::SemanticMap map;  ///< its key frames, vertices and points, and a view of these
+  std::vector<std::size_t> key_frames;  ///< their positions among those of the whole map
+};
+
+/// The storeys of an upright map, from below. None if it is one plane (StoreyFinder).
+std::vector<StoreyOfMap> storeysOf(const map::SemanticMap& upright);
+
+/// The field of the view of an upright map, which must outlive it; of several storeys if it has
+/// them. `detail`: what of the classes of the map is told apart (map::reduced).
+std::unique_ptr<const search::Field> surfaceFieldOf(const map::SemanticMap& upright,
+                                                    const Options& options,
+                                                    const map::CommonDetail& detail = {});
+
+}  // namespace xview
