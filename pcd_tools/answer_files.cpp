@@ -128,10 +128,11 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
 }  // namespace
 
 std::string stemOf(const std::string& query) {
-  const std::size_t setup = query.rfind(".e57#");  // "site.e57#2" -> "site_2"
-  if (setup != std::string::npos)
-    return fs::path(query.substr(0, setup)).filename().string() + "_" + query.substr(setup + 5);
   const fs::path path(query);
+  const std::string ending = path.extension().string();
+  const std::size_t setup = ending.find('#');
+  if (setup != std::string::npos && io::isCloudFile(query))  // "site.e57#2" -> "site_2"
+    return path.stem().string() + "_" + ending.substr(setup + 1);
   return (path.has_filename() ? path : path.parent_path()).stem().string();
 }
 

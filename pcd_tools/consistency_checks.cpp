@@ -90,14 +90,11 @@ std::optional<std::string> apartness(const map::SemanticMap& map, const std::str
 }
 
 /// Whether what two walks through rooms saw lies on several floors, mostly on others than those of
-/// the other one: views from above tell nothing then.
+/// the other one: bird's-eye views cannot be compared then.
 bool areOfSeveralFloors(const map::SemanticMap& map, const map::SemanticMap& addition) {
   constexpr double kBeside_m = 4;
   if (map.size >= kTownScale) return false;
   const Eigen::Quaterniond& upright = map.gravity.alignment;
-  const auto walksOver = [&](const map::SemanticMap& walk) {
-    return standOnSeveralFloors(walk.poses, upright);
-  };
   std::size_t above = 0, beside = 0;
   for (const Eigen::Isometry3d& T : addition.poses) {
     bool is_near = false, is_beside = false;
@@ -110,7 +107,8 @@ bool areOfSeveralFloors(const map::SemanticMap& map, const map::SemanticMap& add
     above += is_near && !is_beside;
     beside += is_beside;
   }
-  return above > beside || walksOver(map) || walksOver(addition);
+  return above > beside || standOnSeveralFloors(map.poses, upright) ||
+         standOnSeveralFloors(addition.poses, upright);
 }
 
 std::string whyInAnotherFrame(const FrameEvidence& evidence) {

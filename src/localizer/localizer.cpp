@@ -14,6 +14,7 @@
 #include "localizer/level_on_map.h"
 #include "localizer/localizer_index.h"
 #include "localizer/query_in_map.h"
+#include "localizer/storeys_of_map.h"
 #include "map/contents.h"
 #include "match/consistency.h"
 #include "place/raw_recording.h"
@@ -59,32 +60,6 @@ double marginOf(const std::vector<match::FeaturePose>& features) {
   constexpr double kByChance = 0.02;
   const double next = features.size() > 1 ? features[1].share : 0;
   return std::max(1.0, features[0].share / std::max(kByChance, next));
-}
-
-/// From the second-best place up to the best one.
-double heightBetween(const std::vector<search::PlaceHypothesis>& places) {
-  return places[0].T_map_query.translation().z() - places[1].T_map_query.translation().z();
-}
-
-/// Nobody changes floors unseen: what is in another storey than the pose that is expected goes.
-void keepStoreyOf(const Eigen::Isometry3d& T_expected, Candidates& found) {
-  if (!found.in_field || found.in_field->storeys().size() == 1) return;
-  const int storey = found.in_field->at(T_expected).storey();
-  std::vector<search::PlaceHypothesis>& places = found.places;
-  places.erase(std::remove_if(places.begin(), places.end(),
-                              [&](const auto& place) { return place.storey != storey; }),
-               places.end());
-  found.to_register = countClose(places);
-}
-
-/// Names the floors of the two best places.
-void tellStoreys(const Candidates& found, double size, Localization& answer) {
-  const std::vector<search::PlaceHypothesis>& places = found.places;
-  if (places.size() < 2 || places[0].storey == places[1].storey) return;
-  answer.reason +=
-      fmt::format("; floors {} and {} of {}, {:.1f} m apart in height", 1 + places[0].storey,
-                  1 + places[1].storey, found.in_field->storeys().size(),
-                  size * std::abs(heightBetween(places)));
 }
 
 /// The answer to a query that needs no search.
@@ -582,22 +557,6 @@ verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& re
   e.kept_under_null = chain.kept_under_null;
   e.kept_if_true = chain.kept_if_true;
   return e;
-}
-
-void addStoreys(const Candidates& found, verdict::Evidence& evidence) {
-  if (!found.in_field || found.places.empty()) return;
-  const search::PlaceHypothesis& best = found.places[0];
-  const std::vector<const search::FieldQuery*> storeys = found.in_field->storeys();
-  if (storeys.size() == 1 || !(best.score() > 0)) return;
-  double most = 0;
-  for (const search::FieldQuery* storey : storeys) {
-    if (storey->storey() == best.storey) continue;
-    const PlacePose there =
-        storey->refineLocally(storey->centrePose(best.T_map_query), search::RefinementLevel::fine);
-    most = std::max(most, there.score / best.score());
-  }
-  evidence.storeys = static_cast<double>(storeys.size());
-  evidence.other_storey = most;
 }
 
 void adoptRefinedPose(RegisteredPlaces& registered, Localization& answer) {

@@ -5,6 +5,7 @@
 #include "localizer/explain.h"
 #include "localizer/level_on_map.h"
 #include "localizer/localizer_index.h"
+#include "localizer/storeys_of_map.h"
 #include "map/contents.h"
 #include "place/sound_input.h"
 #include "verdict/verdict.h"

@@ -36,9 +36,6 @@ verdict::Evidence evidenceOf(const Candidates& found, const RegisteredPlaces& re
 /// Places with similar bird's-eye views are told apart by the registration of their points.
 void moveLikeliestToFront(Candidates& found, RegisteredPlaces& registered);
 
-/// How many storeys the map has, and how well another one fits where the first candidate is.
-void addStoreys(const Candidates& found, verdict::Evidence& evidence);
-
 /// The refined pose of the best place becomes that of the answer.
 void adoptRefinedPose(RegisteredPlaces& registered, Localization& answer);
 

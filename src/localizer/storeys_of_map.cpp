@@ -1,29 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "localizer/storeys_of_map.h"
 
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "localizer/proposer.h"
 #include "localizer/query_in_map.h"
 #include "map/contents.h"
 #include "place/storeys.h"
+#include "verdict/verdict.h"
 
 namespace xview {
 namespace {
 
 const Eigen::Quaterniond kUpright = Eigen::Quaterniond::Identity();
-
-/// Calls visit(cloud) for all points of a map, packed ones too.
-template <class Visit>
-void forAllPoints(const map::SemanticMap& map, const Visit& visit) {
-  map::forPoints(
-      map, [](const PlaneCell&) { return true; },
-      [&](const LabelledCloud& points) {
-        if (points.empty()) return;
-        LabelledCloud cloud = points;
-        cloud.origin = map.cloud.origin;
-        visit(cloud);
-      });
-}
 
 StoreyOfMap partOf(const map::SemanticMap& map, const Storey& storey) {
   StoreyOfMap result;
@@ -36,17 +29,15 @@ StoreyOfMap partOf(const map::SemanticMap& map, const Storey& storey) {
   part.sources = map.sources;
   part.graph.space = map.graph.space;
   part.graph.edge_radius_m = map.graph.edge_radius_m;
-  map::allVertices(map).forEach([&](std::uint32_t, const Vertex& vertex) {
+  for (const Vertex& vertex : map.graph.vertices) {
     if (storey.holds(vertex.position.z())) part.graph.vertices.push_back(vertex);
-  });
+  }
   for (std::size_t i = 0; i < map.poses.size(); ++i) {
     if (!storey.holds(map.poses[i].translation().z())) continue;
     part.addKeyframe(map.poses[i], 0, 0, i < map.source_of_pose.size() ? map.source_of_pose[i] : 0);
     result.key_frames.push_back(i);
   }
-  forAllPoints(map, [&](const LabelledCloud& cloud) {
-    part.cloud.append(pointsIn(storey, cloud, kUpright));
-  });
+  part.cloud = pointsIn(storey, map.cloud, kUpright);  // maps of rooms are not packed
   part.bev = viewOfThinned(part.cloud, part.labels, kUpright);
   return result;
 }
@@ -67,7 +58,7 @@ std::vector<StoreyOfMap> storeysOf(const map::SemanticMap& upright) {
   StoreyFinder finder(upright.poses, kUpright, upright.size);
   std::vector<StoreyOfMap> parts;
   if (finder.isOnePlane() || upright.bev.aerial) return parts;
-  forAllPoints(upright, [&](const LabelledCloud& cloud) { finder.add(cloud, upright.labels); });
+  finder.add(upright.cloud, upright.labels);
   for (const Storey& storey : finder.storeys()) parts.push_back(partOf(upright, storey));
   return parts;
 }
@@ -84,6 +75,45 @@ std::unique_ptr<const search::Field> surfaceFieldOf(const map::SemanticMap& upri
     fields.push_back({storey.bottom, fieldOf(*view, storey.map, {}, options), view});
   }
   return search::makeStackedField(std::move(fields));
+}
+
+double heightBetween(const std::vector<search::PlaceHypothesis>& places) {
+  return places[0].T_map_query.translation().z() - places[1].T_map_query.translation().z();
+}
+
+void keepStoreyOf(const Eigen::Isometry3d& T_expected, Candidates& found) {
+  if (!found.in_field || found.in_field->storeys().size() == 1) return;
+  const int storey = found.in_field->at(T_expected).storey();
+  std::vector<search::PlaceHypothesis>& places = found.places;
+  places.erase(std::remove_if(places.begin(), places.end(),
+                              [&](const auto& place) { return place.storey != storey; }),
+               places.end());
+  found.to_register = countClose(places);
+}
+
+void tellStoreys(const Candidates& found, double size, Localization& answer) {
+  const std::vector<search::PlaceHypothesis>& places = found.places;
+  if (places.size() < 2 || places[0].storey == places[1].storey) return;
+  answer.reason +=
+      fmt::format("; floors {} and {} of {}, {:.1f} m apart in height", 1 + places[0].storey,
+                  1 + places[1].storey, found.in_field->storeys().size(),
+                  size * std::abs(heightBetween(places)));
+}
+
+void addStoreys(const Candidates& found, verdict::Evidence& evidence) {
+  if (!found.in_field || found.places.empty()) return;
+  const search::PlaceHypothesis& best = found.places[0];
+  const std::vector<const search::FieldQuery*> storeys = found.in_field->storeys();
+  if (storeys.size() == 1 || !(best.score() > 0)) return;
+  double most = 0;
+  for (const search::FieldQuery* storey : storeys) {
+    if (storey->storey() == best.storey) continue;
+    const PlacePose there =
+        storey->refineLocally(storey->centrePose(best.T_map_query), search::RefinementLevel::fine);
+    most = std::max(most, there.score / best.score());
+  }
+  evidence.storeys = static_cast<double>(storeys.size());
+  evidence.other_storey = most;
 }
 
 }  // namespace xview

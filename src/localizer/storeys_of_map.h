@@ -11,6 +11,11 @@
 
 namespace xview {
 
+struct Candidates;
+namespace verdict {
+struct Evidence;
+}
+
 struct StoreyOfMap {
   double bottom = 0;     ///< height from which on it holds
   map::SemanticMap map;  ///< its key frames, vertices and points, and a view of these
@@ -25,5 +30,14 @@ std::vector<StoreyOfMap> storeysOf(const map::SemanticMap& upright);
 std::unique_ptr<const search::Field> surfaceFieldOf(const map::SemanticMap& upright,
                                                     const Options& options,
                                                     const map::CommonDetail& detail = {});
+
+/// From the second-best place up to the best one.
+double heightBetween(const std::vector<search::PlaceHypothesis>& places);
+/// Nobody changes floors unseen: what is in another storey than the pose that is expected goes.
+void keepStoreyOf(const Eigen::Isometry3d& T_expected, Candidates& found);
+/// How many storeys the map has, and how well another one fits where the best place is.
+void addStoreys(const Candidates& found, verdict::Evidence& evidence);
+/// Names the floors of the two best places. `size`: see kTownScale.
+void tellStoreys(const Candidates& found, double size, Localization& answer);
 
 }  // namespace xview

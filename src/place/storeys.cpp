@@ -22,8 +22,7 @@ constexpr double kHighestSensor_m = 3;    ///< above the floor of its storey
 constexpr double kLowestSensor_m = -0.4;  ///< the same: floors lean, and heights are in bins
 constexpr double kLeastFloor = 0.2;       ///< ground of a storey over that of any other
 constexpr double kFloorBin_m = 0.1;       ///< of heights of floors
-constexpr double kThickestSlab_m =
-    0.6;  ///< from the ceiling of a storey to the floor above, at most
+constexpr double kThickestSlab_m = 0.6;   ///< from a ceiling to the floor above, at most
 // Canonical.
 constexpr double kVoteCell_m = 0.4;  ///< side of the cells whose neighbours vote for a class
 constexpr float kPointsOfVoxel = 4;  ///< that a thinned point stands for, as far as views count
@@ -45,12 +44,12 @@ bool isStacked(const std::vector<Eigen::Vector3d>& path, double per_metre) {
   return static_cast<double>(stacked) >= kStackedShare * static_cast<double>(squares.size());
 }
 
-/// Of each point the share of its class among all points around, squared: a class that a network
-/// says now and then is everywhere, but prevails nowhere.
-std::vector<float> prevalenceOf(const LabelledCloud& cloud) {
+/// What points count in a view: by the share of their class among all points around, squared. A
+/// class that a network says now and then is everywhere, but prevails nowhere.
+std::vector<float> weightsOf(const LabelledCloud& cloud) {
   struct Count {
     ClassCell key;
-    float points = 0, prevalence = 0;
+    float points = 0, weight = 0;
   };
   CellTable<Count> of_class, of_all;
   const auto add = [](const ClassCell& cell, CellTable<Count>& counts) {
@@ -76,11 +75,18 @@ std::vector<float> prevalenceOf(const LabelledCloud& cloud) {
     ClassCell all = count.key;
     all.label = 0;
     const float share = around(count.key, of_class) / around(all, of_all);
-    count.prevalence = share * share;
+    count.weight = kPointsOfVoxel * share * share;
   }
-  std::vector<float> prevalence;
-  for (const std::size_t number : number_of) prevalence.push_back(of_class[number].prevalence);
-  return prevalence;
+  std::vector<float> weights;
+  for (const std::size_t number : number_of) weights.push_back(of_class[number].weight);
+  return weights;
+}
+
+std::vector<Eigen::Vector3d> uprightPath(const std::vector<Eigen::Isometry3d>& poses,
+                                         const Eigen::Quaterniond& upright) {
+  std::vector<Eigen::Vector3d> path;
+  for (const Eigen::Isometry3d& T : poses) path.push_back(upright * T.translation());
+  return path;
 }
 
 /// Heights at which many poses are, from below.
@@ -131,8 +137,7 @@ double HeightCounts::emptiest(double low, double high) const {
 StoreyFinder::StoreyFinder(const std::vector<Eigen::Isometry3d>& poses,
                            const Eigen::Quaterniond& upright, double size)
     : upright_(upright), per_metre_(1 / size), points_(kFloorBin_m * per_metre_) {
-  std::vector<Eigen::Vector3d> path;
-  for (const Eigen::Isometry3d& T : poses) path.push_back(upright * T.translation());
+  const std::vector<Eigen::Vector3d> path = uprightPath(poses, upright);
   if (size < kTownScale && path.size() > 1 && isStacked(path, per_metre_))
     levels_ = levelsOf(path, per_metre_);
   floors_.assign(levels_.size(), HeightCounts(kFloorBin_m * per_metre_));
@@ -172,9 +177,7 @@ std::vector<Storey> StoreyFinder::storeys() const {
 
 bool standOnSeveralFloors(const std::vector<Eigen::Isometry3d>& poses,
                           const Eigen::Quaterniond& upright) {
-  std::vector<Eigen::Vector3d> path;
-  for (const Eigen::Isometry3d& T : poses) path.push_back(upright * T.translation());
-  return path.size() > 1 && isStacked(path, 1);
+  return poses.size() > 1 && isStacked(uprightPath(poses, upright), 1);
 }
 
 LabelledCloud pointsIn(const Storey& storey, const LabelledCloud& cloud,
@@ -227,10 +230,8 @@ void dropContradicted(const std::vector<StoreyOfPlace>& storeys, Place& place) {
 
 BevGrid viewOfThinned(const LabelledCloud& cloud, const LabelSet& labels,
                       const Eigen::Quaterniond& upright) {
-  std::vector<float> weights = prevalenceOf(cloud);
-  for (float& weight : weights) weight *= kPointsOfVoxel;
   BevGridBuilder view(labels);
-  view.add(cloud, weights, {}, Eigen::Isometry3d(upright), false);
+  view.add(cloud, weightsOf(cloud), {}, Eigen::Isometry3d(upright), false);
   BevGrid grid = view.build();
   grid.alignment = upright;
   return grid;

@@ -25,7 +25,6 @@ class HeightCounts {
   explicit HeightCounts(double bin) : bin_(bin) {}
   void add(double z);
   std::size_t size() const { return size_; }
-  bool empty() const { return size_ == 0; }
   /// Heights around which most are first, with their numbers; of equal ones the lowest.
   std::vector<std::pair<int, double>> ranked() const;
   /// Where fewest are between two heights; of equal ones the highest.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -199,6 +200,12 @@ Poses bestPosesOfWide(const FieldQuery& query, const std::vector<PlacePrior>& pr
   return all;
 }
 
+PlaceHypothesis describedIn(const FieldQuery& storey, const PlacePose& pose) {
+  PlaceHypothesis described = storey.describeAt(pose);
+  described.storey = storey.storey();
+  return described;
+}
+
 /// search() in one storey.
 SearchResult searchStorey(const FieldQuery& query, const std::vector<PlacePrior>& priors,
                           const SearchOptions& options, int threads) {
@@ -225,7 +232,7 @@ SearchResult searchStorey(const FieldQuery& query, const std::vector<PlacePrior>
   for (const PlacePose& p : poses) result.places.push_back(query.inMap(p));
   parallelFor(told, threads, [&](std::size_t i) {
     askBudget(kSearchStage);
-    result.places[i] = query.describeAt(query.refineLocally(poses[i], RefinementLevel::polish));
+    result.places[i] = describedIn(query, query.refineLocally(poses[i], RefinementLevel::polish));
   });
   std::stable_sort(result.places.begin(), result.places.begin() + static_cast<std::ptrdiff_t>(told),
                    [](const auto& a, const auto& b) { return a.score() > b.score(); });
@@ -246,10 +253,7 @@ SearchResult search(const FieldQuery& query, const std::vector<PlacePrior>& prio
     all.outside = std::max(all.outside, result.outside);
     all.poses += result.poses;
     all.vertices = result.vertices;
-    for (PlaceHypothesis& place : result.places) {
-      place.storey = storey->storey();
-      all.places.push_back(std::move(place));
-    }
+    std::move(result.places.begin(), result.places.end(), std::back_inserter(all.places));
   }
   std::stable_sort(all.places.begin(), all.places.end(),
                    [](const auto& a, const auto& b) { return a.score() > b.score(); });
@@ -298,9 +302,7 @@ PlaceHypothesis FieldQuery::describe(const Eigen::Isometry3d& T_map_query) const
   const FieldQuery& here = at(T_map_query);
   PlacePose pose = here.centrePose(T_map_query);
   pose.score = here.scoreAt(pose);
-  PlaceHypothesis described = here.describeAt(pose);
-  described.storey = here.storey();
-  return described;
+  return describedIn(here, pose);
 }
 
 PlaceHypothesis FieldQuery::verify(const Eigen::Isometry3d& T_map_query) const {
@@ -309,9 +311,7 @@ PlaceHypothesis FieldQuery::verify(const Eigen::Isometry3d& T_map_query) const {
   for (const RefinementLevel how :
        {RefinementLevel::coarse, RefinementLevel::fine, RefinementLevel::polish})
     pose = here.refineLocally(pose, how);
-  PlaceHypothesis described = here.describeAt(pose);
-  described.storey = here.storey();
-  return described;
+  return describedIn(here, pose);
 }
 
 HeightFit FieldQuery::fitHeights(const Eigen::Isometry3d& /*T_map_query*/,

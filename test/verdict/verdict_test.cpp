@@ -133,6 +133,25 @@ TEST(Verdict, AcceptedIsExactlyWhatReachesTheConfidence) {
   EXPECT_GT(accepted, 100) << "or nothing was tested";
 }
 
+TEST(Verdict, FloorsThatAreAlikeAreAmbiguousAndManyFloorsAskForMore) {
+  Evidence e = goodView();
+  e.dense = points(0.8, 0.05, 0.9);
+  const Verdict alone = judged(e);
+  ASSERT_EQ(alone.status, Status::accepted);
+  e.storeys = 4;
+  e.other_storey = 0.4;
+  const Verdict among_four = judged(e);
+  EXPECT_EQ(among_four.status, Status::accepted);
+  EXPECT_LT(among_four.confidence, alone.confidence);
+  e.other_storey = 0.6;
+  EXPECT_EQ(judged(e).status, Status::ambiguous);
+  EXPECT_EQ(judged(e).reason_code, ReasonCode::ambiguous);
+  EXPECT_NE(judged(e).reason.find("60 %"), std::string::npos) << judged(e).reason;
+  e.other_storey = 0;
+  e.storeys = 1e12;
+  EXPECT_NE(judged(e).status, Status::accepted);
+}
+
 TEST(Verdict, PointsWhoseRegistrationDidNotConvergeAreNeverAccepted) {
   Random random(7);
   for (int i = 0; i < 2000; ++i) {
