@@ -24,37 +24,31 @@ io::InputOptions labelsOnly(const std::string& labels) {
 }
 
 /// A recording of cameras with the classes that a network finds in its colours.
-class NetworkLabelled final : public RelabelledRecording {
- public:
-  NetworkLabelled(std::unique_ptr<FrameSource> source, const std::string& model,
-                  const NetworkInput& input)
-      : RelabelledRecording(std::move(source), *io::namedLabels(labelsOnly(input.labels), "")),
-        network_(Network::open(model, input)) {
-    for (const std::uint32_t id : input.ids) {
-      if (id != 0 && !labels().find(id))
-        throw Error(model, fmt::format("its configuration has the id {}, which is no class of "
-                                       "label set '{}'",
-                                       id, labels().name()));
-    }
-    if (sensor() != Sensor::camera)
-      throw UsageError("--net needs images, but " + name() + " has none");
-    colors_ = io::colorFiles(*this);
+std::unique_ptr<FrameSource> labelledByNetwork(std::shared_ptr<const FrameSource> source,
+                                               const std::string& model,
+                                               const NetworkInput& input) {
+  const LabelSet labels = *io::namedLabels(labelsOnly(input.labels), "");
+  const std::shared_ptr<Network> network = Network::open(model, input);
+  for (const std::uint32_t id : input.ids) {
+    if (id != 0 && !labels.find(id))
+      throw Error(model, fmt::format("its configuration has the id {}, which is no class of label "
+                                     "set '{}'",
+                                     id, labels.name()));
   }
-
-  Frame read(std::size_t index) const override {
-    Frame frame = ForwardingSource::read(index);
-    const ColorImage colors = io::readColors(colors_.at(index));
-    const std::lock_guard<std::mutex> lock(one_at_a_time_);
-    frame.label = network_->label(colors, frame.depth.width, frame.depth.height);
+  if (source->sensor() != Sensor::camera)
+    throw UsageError("--net needs images, but " + source->name() + " has none");
+  const auto one_at_a_time = std::make_shared<std::mutex>();
+  const auto read = [source, network, one_at_a_time,
+                     files = io::colorFiles(*source)](std::size_t index) {
+    Frame frame = source->read(index);
+    const ColorImage colors = io::readColors(files.at(index));
+    const std::lock_guard<std::mutex> lock(*one_at_a_time);
+    frame.label = network->label(colors, frame.depth.width, frame.depth.height);
     frame.instance = {};
     return frame;
-  }
-
- private:
-  std::vector<std::string> colors_;
-  std::unique_ptr<Network> network_;
-  mutable std::mutex one_at_a_time_;
-};
+  };
+  return std::make_unique<RelabelledRecording>(source, labels, read);
+}
 
 class LabelCommand final : public Command {
  public:
@@ -103,8 +97,8 @@ class LabelCommand final : public Command {
     if (model_.empty() != net_config_.empty())
       throw UsageError("--net and --net-config belong together");
     if (!model_.empty()) {
-      return std::make_unique<NetworkLabelled>(io::openRecording(job.operands[0], options), model_,
-                                               io::readNetworkInput(net_config_));
+      return labelledByNetwork(io::openRecording(job.operands[0], options), model_,
+                               io::readNetworkInput(net_config_));
     }
     options.labels = kShapes;
     return openInput(job.operands[0], options, job);

@@ -11,6 +11,7 @@
 
 #include "base/pose.h"
 #include "base/stray_points.h"
+#include "io/layouts.h"
 #include "xview/base/error.h"
 #include "xview/io/label_files.h"
 #include "xview/io/recording.h"
@@ -120,8 +121,6 @@ struct CloudInArrays {
   std::size_t size = 0;
   bool is_double = false, has_labels = false;
   Column x, y, z, label;
-  Eigen::Isometry3d T_odom_sensor = Eigen::Isometry3d::Identity();
-  double stamp_s = 0;
 };
 
 Column columnOf(const py::array& array, py::ssize_t first_byte) {
@@ -161,58 +160,17 @@ void takeLabels(const py::array& array, const std::string& name, CloudInArrays& 
   cloud.label = columnOf(array, 0);
 }
 
-class ArrayRecording final : public FrameSource {
- public:
-  ArrayRecording(std::vector<CloudInArrays> clouds, std::shared_ptr<py::list> arrays, Sensor sensor,
-                 LabelSet labels)
-      : clouds_(std::move(clouds)),
-        arrays_(std::move(arrays)),
-        sensor_(sensor),
-        labels_(std::move(labels)) {}
-
-  std::size_t size() const override { return clouds_.size(); }
-  Eigen::Isometry3d pose(std::size_t index) const override {
-    return clouds_.at(index).T_odom_sensor;
+LabelledCloud cloudOf(const CloudInArrays& cloud) {
+  CloudBuilder builder(cloud.is_double ? kFar_m : std::numeric_limits<double>::infinity());
+  builder.reserve(cloud.size);
+  for (std::size_t i = 0; i < cloud.size; ++i) {
+    const Eigen::Vector3d p(cloud.x.at<double>(i), cloud.y.at<double>(i), cloud.z.at<double>(i));
+    if (!p.allFinite()) continue;
+    const auto label = cloud.has_labels ? cloud.label.at<std::int64_t>(i) : 0;
+    builder.add(p, Point(0, 0, 0, static_cast<std::uint32_t>(label < 0 ? 0 : label)));
   }
-  double stamp(std::size_t index) const override { return clouds_.at(index).stamp_s; }
-  std::int64_t number(std::size_t index) const override { return static_cast<std::int64_t>(index); }
-  Sensor sensor() const override { return sensor_; }
-  const LabelSet& labels() const override { return labels_; }
-  const std::string& name() const override { return name_; }
-  LeftOut leftOut() const override { return left_out_.sum(); }
-
-  Frame read(std::size_t index) const override {
-    const CloudInArrays& cloud = clouds_.at(index);
-    Frame frame;
-    frame.number = number(index);
-    frame.stamp_s = cloud.stamp_s;
-    frame.sensor = sensor_;
-    frame.T_odom_sensor = cloud.T_odom_sensor;
-    CloudBuilder builder(cloud.is_double ? kFar_m : std::numeric_limits<double>::infinity());
-    builder.reserve(cloud.size);
-    for (std::size_t i = 0; i < cloud.size; ++i) {
-      const Eigen::Vector3d p = positionOf(cloud, i);
-      if (!p.allFinite()) continue;
-      const auto label = cloud.has_labels ? cloud.label.at<std::int64_t>(i) : 0;
-      builder.add(p, Point(0, 0, 0, static_cast<std::uint32_t>(label < 0 ? 0 : label)));
-    }
-    frame.cloud = builder.finish(name_);
-    left_out_.set(index, frame.cloud.left_out);
-    return frame;
-  }
-
- private:
-  static Eigen::Vector3d positionOf(const CloudInArrays& cloud, std::size_t i) {
-    return {cloud.x.at<double>(i), cloud.y.at<double>(i), cloud.z.at<double>(i)};
-  }
-
-  std::vector<CloudInArrays> clouds_;
-  std::shared_ptr<py::list> arrays_;  ///< keep the memory
-  Sensor sensor_;
-  LabelSet labels_;
-  std::string name_ = kArrays;
-  mutable LeftOutOfFrames left_out_;
-};
+  return builder.finish(kArrays);
+}
 
 /// May be let go of by threads that do not hold the interpreter.
 std::shared_ptr<py::list> keptArrays() {
@@ -277,6 +235,14 @@ std::shared_ptr<FrameSource> recordingOf(const py::object& points, const py::obj
     take(points);
   }
   if (clouds.empty()) throw UsageError("points is an empty list, expected clouds");
+  io::RecordingListing listing;
+  listing.sensor = poses.is_none() ? Sensor::cloud : Sensor::lidar;
+  listing.labels = classes;
+  listing.frames.resize(clouds.size());
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    listing.frames[i].number = static_cast<std::int64_t>(i);
+    listing.frames[i].measurement = kArrays;
+  }
   if (!labels.is_none()) {
     const auto of_clouds = perCloud(labels, is_list, clouds.size(), "labels");
     for (std::size_t i = 0; i < clouds.size(); ++i)
@@ -286,15 +252,17 @@ std::shared_ptr<FrameSource> recordingOf(const py::object& points, const py::obj
     if (is_list) requireCount(poses, clouds.size(), "poses", "poses");
     const auto T =
         is_list ? posesOf(poses, "poses") : std::vector<Eigen::Isometry3d>{poseOf(poses, "poses")};
-    for (std::size_t i = 0; i < clouds.size(); ++i) clouds[i].T_odom_sensor = T[i];
+    for (std::size_t i = 0; i < clouds.size(); ++i) listing.frames[i].T_odom_sensor = T[i];
   }
   if (!stamps.is_none()) {
     const auto of_clouds = perCloud(stamps, is_list, clouds.size(), "stamps");
     for (std::size_t i = 0; i < clouds.size(); ++i)
-      clouds[i].stamp_s = numberOf(of_clouds[i], indexed("stamps", i));
+      listing.frames[i].stamp_s = numberOf(of_clouds[i], indexed("stamps", i));
   }
-  return std::make_shared<ArrayRecording>(std::move(clouds), arrays,
-                                          poses.is_none() ? Sensor::cloud : Sensor::lidar, classes);
+  listing.read = [clouds = std::move(clouds), arrays](const io::ListedFrame& listed, Frame& frame) {
+    frame.cloud = cloudOf(clouds[static_cast<std::size_t>(listed.number)]);
+  };
+  return io::makeRecording(kArrays, std::move(listing));
 }
 
 double stampOf(const py::handle& stamp) { return numberOf(stamp, "stamp"); }

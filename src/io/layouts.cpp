@@ -2,12 +2,14 @@
 #include "layouts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <new>
 #include <optional>
 
 #include "base/stray_points.h"
 #include "xview/base/error.h"
+#include "xview/base/semantic_place.h"
 #include "xview/io/pose_files.h"
 
 namespace xview::io {
@@ -95,6 +97,27 @@ std::map<std::int64_t, std::string> byNumber(const std::vector<StemAndPath>& fil
   return numbered;
 }
 
+/// Gives frames other lengths and another odometry frame. A cloud without a pose is moved itself,
+/// so that it is the one that its file would hold.
+void moveFrames(const Eigen::Affine3d& moved, RecordingListing& listing) {
+  constexpr double kExact = 1e-9;  // off by less are the digits of a rotation
+  const double scale = std::cbrt(moved.linear().determinant());
+  for (ListedFrame& frame : listing.frames) {
+    Eigen::Isometry3d& T = frame.T_odom_sensor;
+    frame.has_pose = listing.sensor != Sensor::cloud || T.matrix() != Eigen::Matrix4d::Identity();
+    if (!frame.has_pose) continue;
+    T.linear() = moved.linear() / scale * T.linear();
+    T.translation() = moved * T.translation();
+  }
+  listing.read = [moved, scale, read = std::move(listing.read)](const ListedFrame& listed,
+                                                                Frame& frame) {
+    read(listed, frame);
+    if (!listed.has_pose) return moveCloud(moved, frame.cloud);
+    if (std::abs(scale - 1) > kExact) scaleLengths(scale, frame);
+    frame.T_odom_sensor = listed.T_odom_sensor;
+  };
+}
+
 std::string stemOf(const ListedFrame& frame) { return fs::path(frame.measurement).stem().string(); }
 
 }  // namespace
@@ -113,13 +136,18 @@ Frame readListed(const RecordingListing& listing, const ListedFrame& listed) {
   return frame;
 }
 
-std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing,
-                                           const FrameRange& range) {
+std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing) {
+  return std::make_unique<ListedRecording>(name, std::move(listing));
+}
+
+std::unique_ptr<FrameSource> makeRecording(const std::string& path, RecordingListing listing,
+                                           const FrameRange& range,
+                                           const std::optional<Eigen::Affine3d>& moved) {
   const std::size_t count = listing.frames.size();
   const std::size_t end = std::min(range.end.value_or(count), count);
   if (range.begin >= end) {
     throw UsageError(fmt::format("--frames {}:{} has no frames: {} has {}", range.begin,
-                                 range.end ? std::to_string(*range.end) : "", name, count));
+                                 range.end ? std::to_string(*range.end) : "", path, count));
   }
   std::vector<ListedFrame> chosen;
   for (std::size_t i = range.begin; i < end; i += std::min(range.step, end - i)) {
@@ -129,11 +157,12 @@ std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingLis
   for (const ListedFrame& frame : listing.frames) {
     const double away_m = frame.T_odom_sensor.translation().cwiseAbs().maxCoeff();
     if (!(away_m <= kFarthest_m))
-      throw Error(name, fmt::format("frame {} has a pose {:.3g} m from the origin, expected {:.0e} "
+      throw Error(path, fmt::format("frame {} has a pose {:.3g} m from the origin, expected {:.0e} "
                                     "m at most",
                                     frame.number, away_m, kFarthest_m));
   }
-  return std::make_unique<ListedRecording>(name, std::move(listing));
+  if (moved) moveFrames(*moved, listing);
+  return makeRecording(path, std::move(listing));
 }
 
 std::vector<ListedFrame> listFrames(const FileSeries& measurements) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct ListedFrame {
   std::string measurement;  ///< path of the depth image or cloud
   std::string label;        ///< path of the label file, if the measurement does not hold them
   std::string instance;     ///< path of the instance image; empty = none
+  bool has_pose = true;     ///< else it is a cloud whose points are moved themselves
 };
 
 /// All that one layout has to say about a recording. The reader fills the images or the cloud of
@@ -37,9 +39,13 @@ constexpr double kFarthest_m = 1e8;
 
 Frame readListed(const RecordingListing& listing, const ListedFrame& listed);
 
-/// The frames of the range as a recording. Throws UsageError if the range is beyond the last frame.
-std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing,
-                                           const FrameRange& range);
+/// The frames of a listing as a recording.
+std::unique_ptr<FrameSource> makeRecording(const std::string& name, RecordingListing listing);
+/// Those of the range, in other lengths and another odometry frame if they are `moved`. Throws
+/// UsageError if the range is beyond the last frame, Error if a frame is too far away.
+std::unique_ptr<FrameSource> makeRecording(const std::string& path, RecordingListing listing,
+                                           const FrameRange& range,
+                                           const std::optional<Eigen::Affine3d>& moved = {});
 
 // One function per layout: what frames there are and how each is read. All throw Error with path
 // and place.

@@ -77,12 +77,15 @@ constexpr Conversion kConversions[] = {
      "{1}.las"},
     {" .ptx .pts ",
      "this scanner format is not read; convert it: pdal translate {0} {1}.las or "
-     "CloudCompare -O {0} -C_EXPORT_FMT LAS -SAVE_CLOUDS"},
+     "CloudCompare -O -GLOBAL_SHIFT AUTO {0} -C_EXPORT_FMT LAS -SAVE_CLOUDS"},
+    {" .pcap .pcapng ",
+     "packets of a scanner are not read; record its driver's topic of PointCloud2 in a bag: ros2 "
+     "bag record /points"},
     {" .fls .rcp .rcs .zfs .ptg ",
      "a format of one maker's scanners is not read; export E57, LAS or PLY from its program"},
     {" .xyz .csv .txt .asc .xyzrgb .neu .dat ",
-     "points as text are not read; convert them: CloudCompare -O {0} -C_EXPORT_FMT PLY "
-     "-SAVE_CLOUDS"},
+     "points as text are not read; convert them: CloudCompare -O -GLOBAL_SHIFT AUTO {0} "
+     "-C_EXPORT_FMT LAS -SAVE_CLOUDS"},
     {" .obj .stl .off .gltf .glb .fbx .dae .3ds .ifc .dxf ",
      "meshes are not read; sample points on its surface: CloudCompare -O {0} -SAMPLE_MESH DENSITY "
      "100 -C_EXPORT_FMT PLY -SAVE_CLOUDS"},
@@ -273,46 +276,6 @@ void writeParts(const std::string& folder, const FrameSource& source,
   });
 }
 
-/// A recording whose lengths and odometry frame are other ones. A cloud without a pose is moved
-/// itself, so that it is the one that its file would hold.
-class MovedRecording final : public ForwardingSource {
- public:
-  MovedRecording(std::unique_ptr<FrameSource> source, const Eigen::Affine3d& moved)
-      : ForwardingSource(std::shared_ptr<const FrameSource>(std::move(source))),
-        moved_(moved),
-        scale_(std::cbrt(moved.linear().determinant())) {}
-  Eigen::Isometry3d pose(std::size_t index) const override {
-    return movesPoints(index) ? source_.pose(index) : movedPose(source_.pose(index));
-  }
-  Frame read(std::size_t index) const override {
-    Frame frame = source_.read(index);
-    if (movesPoints(index)) {
-      moveCloud(moved_, frame.cloud);
-    } else {
-      const Eigen::Isometry3d T_odom_sensor = movedPose(frame.T_odom_sensor);
-      if (std::abs(scale_ - 1) > kExact) scaleLengths(scale_, frame);
-      frame.T_odom_sensor = T_odom_sensor;
-    }
-    return frame;
-  }
-
- private:
-  static constexpr double kExact = 1e-9;  ///< off by less are the digits of a rotation
-
-  bool movesPoints(std::size_t index) const {
-    return sensor() == Sensor::cloud && source_.pose(index).matrix() == Eigen::Matrix4d::Identity();
-  }
-  Eigen::Isometry3d movedPose(const Eigen::Isometry3d& T_file_sensor) const {
-    Eigen::Isometry3d T = T_file_sensor;
-    T.linear() = moved_.linear() / scale_ * T_file_sensor.linear();
-    T.translation() = moved_ * T_file_sensor.translation();
-    return T;
-  }
-
-  Eigen::Affine3d moved_;
-  double scale_;
-};
-
 }  // namespace
 
 const char* toString(InputKind kind) {
@@ -373,9 +336,7 @@ std::unique_ptr<FrameSource> openRecording(const std::string& path, const InputO
   if (!guess.empty()) listing.notes.push_back(guess);
   if (!options.mount.empty() && kind != InputKind::airsim)
     listing.notes.push_back("--mount is for AirSim recordings and changes nothing here");
-  auto recording = makeRecording(path, std::move(listing), options.frames);
-  if (!options.moved) return recording;
-  return std::make_unique<MovedRecording>(std::move(recording), *options.moved);
+  return makeRecording(path, std::move(listing), options.frames, options.moved);
 }
 
 void writeRecording(const std::string& folder, const FrameSource& source,

@@ -210,7 +210,7 @@ CellIndex columnsAround(const BevGrid& addition, const BevGrid& grid) {
   for (const auto& samples : addition.samples) {
     for (const BevSample& s : samples) add(double{s.x}, double{s.y});
   }
-  for (const CellIndex::Cell& tile : near.cells()) {
+  for (const PlaneCell& tile : near.cells()) {
     const Eigen::Vector2d low = kSide_m * Eigen::Vector2d(tile.x, tile.y);
     addColumns({low - rim, low + Eigen::Vector2d::Constant(kSide_m) + rim}, columns);
   }

@@ -116,7 +116,7 @@ bool ObstacleCell::holds(Kind kind, double min_share) const {
 
 BevSample BevCells::middleOf(std::size_t i) const {
   constexpr auto kSide = static_cast<float>(kBevCell_m);
-  const CellIndex::Cell c = cell(i);
+  const PlaneCell c = cell(i);
   return {(static_cast<float>(c.x) + 0.5f) * kSide, (static_cast<float>(c.y) + 0.5f) * kSide,
           floor[i].height};
 }
@@ -129,7 +129,7 @@ BevCells sortIntoCells(const BevVoxels& voxels, const HeightLattice& ground,
   CellSorter sorter(rule);
   std::vector<std::size_t> first_column;
   for (std::size_t c = 0; c < cells.index.size(); ++c) {
-    const CellIndex::Cell cell = cells.cell(c);
+    const PlaneCell cell = cells.cell(c);
     sorter.start(ground.heightAt(static_cast<float>((cell.x + 0.5) * kBevCell_m),
                                  static_cast<float>((cell.y + 0.5) * kBevCell_m)));
     for (std::size_t k = groups.starts[c]; k < groups.starts[c + 1]; ++k) {
@@ -165,13 +165,13 @@ ValueGrid ValueGrid::boxSum(int reach) const {
   return sums;
 }
 
-float ValueGrid::at(CellIndex::Cell cell) const {
+float ValueGrid::at(PlaneCell cell) const {
   const std::int32_t i = cells_->index.find(cell.x, cell.y);
   return i < 0 ? 0.f : values_[static_cast<std::size_t>(i)];
 }
 
 bool ValueGrid::isMaximum(std::size_t i, int reach) const {
-  const CellIndex::Cell c = cells_->cell(i);
+  const PlaneCell c = cells_->cell(i);
   for (int dy = -reach; dy <= reach; ++dy) {
     for (int dx = -reach; dx <= reach; ++dx) {
       const float other = at({c.x + dx, c.y + dy});

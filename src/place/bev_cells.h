@@ -96,7 +96,7 @@ struct BevCells {
   std::vector<ClassColumn> columns;
 
   std::size_t size() const { return floor.size(); }
-  CellIndex::Cell cell(std::size_t i) const { return index.cells()[i]; }
+  PlaneCell cell(std::size_t i) const { return index.cells()[i]; }
   const ObstacleCell* obstacleCellOf(std::size_t cell) const {
     return obstacle_of[cell] < 0 ? nullptr : &obstacles[obstacle_of[cell]];
   }
@@ -112,7 +112,7 @@ class ValueGrid {
   ValueGrid(const BevCells& cells, const std::function<float(const ObstacleCell&)>& value);
   /// Sum over the square of half size `reach` around each cell with a value; 0 elsewhere.
   ValueGrid boxSum(int reach) const;
-  float at(CellIndex::Cell cell) const;
+  float at(PlaneCell cell) const;
   float operator[](std::size_t i) const { return values_[i]; }
   /// Largest within `reach` cells; of equal ones the first in (y, x) order.
   bool isMaximum(std::size_t i, int reach) const;

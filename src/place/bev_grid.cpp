@@ -55,7 +55,7 @@ void addFloor(const BevCells& cells, BevGrid& view) {
   for (std::size_t i = 0; i < classes.size(); ++i) {
     if (classes[i] == kNoFloor) continue;
     const FloorCell& cell = cells.floor[i];
-    const CellIndex::Cell c = cells.cell(i);
+    const PlaneCell c = cells.cell(i);
     const BevSample middle = cells.middleOf(i);
     view[kAreas[classes[i]]].push_back(middle);
     if (cell.weight_sum[3] > kMarkingShare * cell.ground())

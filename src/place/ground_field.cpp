@@ -86,7 +86,7 @@ void GroundField::joinCells() {
   const std::vector<Offset> offsets = halfRing(kUnseenCells);
   DisjointSets sets(ground_.index.size());
   for (std::size_t i = 0; i < ground_.index.size(); ++i) {
-    const CellIndex::Cell cell = ground_.index.cells()[i];
+    const PlaneCell cell = ground_.index.cells()[i];
     for (const Offset& o : offsets) {
       const std::int32_t j = ground_.index.find(cell.x + o.x, cell.y + o.y);
       if (j < 0 || std::abs(lowest_[i] - lowest_[j]) >= toleranceOf(i, j, o.distance_m)) continue;
@@ -103,7 +103,7 @@ void GroundField::chooseGround() {
     Patch& patch = patches[component_of_[i]];
     ++patch.cells;
     patch.lowest = std::min(patch.lowest, lowest_[i]);
-    const CellIndex::Cell cell = ground_.index.cells()[i];
+    const PlaneCell cell = ground_.index.cells()[i];
     for (const Offset& o : offsets) {
       const std::int32_t j = ground_.index.find(cell.x + o.x, cell.y + o.y);
       if (j < 0 || component_of_[i] == component_of_[j]) continue;

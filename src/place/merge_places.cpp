@@ -81,7 +81,7 @@ bool isBorder(BevChannel c) {
   return c >= BevChannel::border_road_sidewalk && c <= BevChannel::border_road_terrain;
 }
 
-CellIndex::Cell bevCellOf(const BevSample& s, double side) {
+PlaneCell bevCellOf(const BevSample& s, double side) {
   return {floorToInt(s.x / side), floorToInt(s.y / side)};
 }
 
@@ -93,14 +93,14 @@ void addSurface(BevChannel channel, BevGrid& view, const std::vector<BevSample>&
   const double side = isBorder(channel) ? view.cell_m / 2 : view.cell_m;
   CellIndex occupied;
   const auto occupy = [&](const BevSample& s) {
-    const CellIndex::Cell c = bevCellOf(s, side);
+    const PlaneCell c = bevCellOf(s, side);
     const std::size_t before = occupied.size();
     occupied.findOrAdd(c.x, c.y);
     return occupied.size() > before;
   };
   forItemsAround(addition, view.cell_m, samples, [&](std::size_t i) { occupy(samples[i]); });
   for (const BevSample& s : addition) {
-    const CellIndex::Cell c = bevCellOf(s, view.cell_m);
+    const PlaneCell c = bevCellOf(s, view.cell_m);
     if (taken && taken->find(c.x, c.y) >= 0) continue;
     if (occupy(s)) samples.push_back(s);
   }

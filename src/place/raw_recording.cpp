@@ -98,18 +98,20 @@ class RecentFrames {
   std::array<Slot, 4 * kBefore> slots_;
 };
 
-class ShapeLabelled final : public RelabelledRecording {
+/// Labels the frames of a recording by the shapes of what they show.
+class ShapeLabels {
  public:
-  ShapeLabelled(std::unique_ptr<FrameSource> source, LabelSet shapes, const Options& options)
-      : RelabelledRecording(std::move(source), std::move(shapes)), lift_(options.lift) {
-    if (options.gravity != "aligned") up_ = upOfCamera(source_);
+  ShapeLabels(std::shared_ptr<const FrameSource> source, const Options& options)
+      : source_(std::move(source)), lift_(options.lift) {
+    if (options.gravity != "aligned") up_ = upOfCamera(*source_);
     size_ = parseSize(options.size);
-    if (!size_ && sensor() != Sensor::cloud && size() > 1) size_ = measureSize({&source_}).size;
+    if (!size_ && source_->sensor() != Sensor::cloud && source_->size() > 1)
+      size_ = measureSize({source_.get()}).size;
   }
 
-  Frame read(std::size_t index) const override {
+  Frame read(std::size_t index) const {
     if (std::optional<Frame> kept = takeKept()) return *std::move(kept);
-    Frame frame = ForwardingSource::read(index);
+    Frame frame = source_->read(index);
     Eigen::Matrix3d R_up_sensor = frame.T_odom_sensor.linear();
     if (up_.norm() > 0) {
       frame.up_sensor = R_up_sensor.transpose() * up_;
@@ -129,12 +131,12 @@ class ShapeLabelled final : public RelabelledRecording {
 
   ShapeShares look() {
     ShapeShares shares{};
-    const std::size_t frames = std::min(kFramesToLookAt, size());
+    const std::size_t size = source_->size(), frames = std::min(kFramesToLookAt, size);
     for (std::size_t i = 0; i < frames; ++i) {
-      Frame frame = read(i * size() / frames);
+      Frame frame = read(i * size / frames);
       for (const std::uint16_t label : frame.label.pixels) shares[label] += label > 0;
       for (const Point& point : frame.cloud.points) shares[point.label] += 1;
-      if (size() == 1) kept_ = std::move(frame);  // a cloud may be all that memory holds
+      if (size == 1) kept_ = std::move(frame);  // a cloud may be all that memory holds
     }
     double sum = 0;
     for (const double share : shares) sum += share;
@@ -149,17 +151,17 @@ class ShapeLabelled final : public RelabelledRecording {
     const double z = medianDepth(frame.depth);
     if (noise * z * z < kHidesShapes_m || !isNoiseOfPixels(noise, frame.depth)) return;
     const auto seesAlike = [&](std::size_t other) {
-      return (pose(other).translation() - frame.T_odom_sensor.translation()).norm() <
+      return (source_->pose(other).translation() - frame.T_odom_sensor.translation()).norm() <
              kNearlyOnePlace * z;
     };
     std::size_t first = index, last = index;
     while (first > 0 && index - first < kBefore && seesAlike(first - 1)) --first;
-    while (last + 1 < size() && last - index < kBefore && seesAlike(last + 1)) ++last;
+    while (last + 1 < source_->size() && last - index < kBefore && seesAlike(last + 1)) ++last;
     std::vector<RecentFrames::Shared> kept;
     std::vector<const Frame*> others;
     for (std::size_t i = first; i <= last; ++i) {
       if (i == index) continue;
-      kept.push_back(recent_.read(source_, i));
+      kept.push_back(recent_.read(*source_, i));
       others.push_back(kept.back().get());
     }
     frame.depth = averageDepth(frame, others, noise);
@@ -170,6 +172,7 @@ class ShapeLabelled final : public RelabelledRecording {
     return std::exchange(kept_, std::nullopt);
   }
 
+  std::shared_ptr<const FrameSource> source_;
   LiftOptions lift_;
   Eigen::Vector3d up_ = Eigen::Vector3d::Zero();  ///< where z is not up; see upOfCamera
   std::optional<double> size_;                    ///< of all frames; without it each is measured
@@ -203,9 +206,11 @@ std::unique_ptr<FrameSource> withRolesByShape(std::unique_ptr<FrameSource> sourc
 
 std::unique_ptr<FrameSource> withShapeLabels(std::unique_ptr<FrameSource> source, LabelSet shapes,
                                              const Options& options, ShapeShares* shares) {
-  auto labelled = std::make_unique<ShapeLabelled>(std::move(source), std::move(shapes), options);
-  if (shares) *shares = labelled->look();
-  return labelled;
+  const std::shared_ptr<const FrameSource> measured = std::move(source);
+  const auto by_shape = std::make_shared<ShapeLabels>(measured, options);
+  if (shares) *shares = by_shape->look();
+  return std::make_unique<RelabelledRecording>(
+      measured, std::move(shapes), [by_shape](std::size_t index) { return by_shape->read(index); });
 }
 
 std::unique_ptr<const FrameSource> withClasses(const FrameSource& recording, const Options& options,

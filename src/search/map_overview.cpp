@@ -57,7 +57,7 @@ class TileSet {
   /// Those up to `reach` tiles away, too.
   TileSet grown(int reach) const {
     TileSet result;
-    for (const CellIndex::Cell& cell : set_.cells()) {
+    for (const PlaneCell& cell : set_.cells()) {
       for (int dy = -reach; dy <= reach; ++dy) {
         for (int dx = -reach; dx <= reach; ++dx) result.add({cell.x + dx, cell.y + dy});
       }

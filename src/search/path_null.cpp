@@ -74,7 +74,7 @@ std::vector<WrongPose> drawWrongPoses(const std::vector<Eigen::Vector2d>& path, 
 /// `in_sight`: cells as wide as the sight.
 BevGrid partInSight(const StoredView& stored, const CellIndex& in_sight, const BevGrid& empty) {
   CellIndex columns;
-  for (const CellIndex::Cell& cell : in_sight.cells()) {
+  for (const PlaneCell& cell : in_sight.cells()) {
     const Eigen::Vector2d low = kSight_m * Eigen::Vector2d(cell.x, cell.y);
     addColumns({low, low + Eigen::Vector2d::Constant(kSight_m)}, columns);
   }

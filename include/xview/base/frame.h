@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -152,16 +153,24 @@ class ForwardingSource : public FrameSource {
   std::shared_ptr<const FrameSource> held_;
 };
 
-/// The frames of a recording under other classes; a derived class may change their labels as well.
+/// The frames of a recording under other classes.
 class RelabelledRecording : public ForwardingSource {
  public:
-  RelabelledRecording(std::shared_ptr<const FrameSource> source, LabelSet labels)
-      : ForwardingSource(std::move(source)), labels_(std::move(labels)) {}
+  /// The frame at a position with its new labels; called from several threads.
+  using Read = std::function<Frame(std::size_t index)>;
+
+  /// Without `read` the frames keep their labels.
+  RelabelledRecording(std::shared_ptr<const FrameSource> source, LabelSet labels, Read read = {})
+      : ForwardingSource(std::move(source)), labels_(std::move(labels)), read_(std::move(read)) {}
+  Frame read(std::size_t index) const override {
+    return read_ ? read_(index) : ForwardingSource::read(index);
+  }
   const LabelSet& labels() const override { return labels_; }
   const FrameSource& asMeasured() const override { return source_.asMeasured(); }
 
  private:
   LabelSet labels_;
+  Read read_;
 };
 
 /// Frames of a recording with other poses, e.g. the ones that were found for them.
