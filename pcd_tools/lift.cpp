@@ -49,11 +49,11 @@ class LiftCommand final : public Command {
     Stopwatch watch;
     if (isOnlyMoved(job, input)) {
       const LabelSet labels = io::openRecording(job.operands[0], input)->labels();
-      for (const std::string& note :
-           io::copyCloud(job.operands[0], job.operands[1], *input.moved,
-                         labels.isGeneric() || labels.empty() ? nullptr : &labels))
+      for (const std::string& note : io::copyCloud(
+               job.operands[0], job.operands[1], input.moved.value_or(Eigen::Affine3d::Identity()),
+               labels.isGeneric() || labels.empty() ? nullptr : &labels))
         job.narrate.note(job.operands[0] + ": " + note);
-      job.narrate.stage("lift", watch.lap_ms(), "moved, with all its fields");
+      job.narrate.stage("lift", watch.lap_ms(), "the cloud with all its fields");
       return kDone;
     }
     const Lifted lifted = io::recogniseInput(job.operands[0], input) == io::InputKind::map
@@ -71,12 +71,13 @@ class LiftCommand final : public Command {
     std::string story;  ///< what became of it
   };
 
-  /// Whether nothing is asked of one cloud but that it be moved.
+  /// Whether nothing is asked of one cloud but that it be moved, or be another LAS.
   bool isOnlyMoved(const Job& job, const io::InputOptions& input) const {
-    return input.moved && tiles_m_ == 0 && voxel_m_ == 0 && input.labels.empty() &&
+    const bool stays_las =
+        endingOf(job.operands[0]) == ".las" && endingOf(job.operands[1]) == ".las";
+    return (input.moved || stays_las) && tiles_m_ == 0 && voxel_m_ == 0 && input.labels.empty() &&
            input.label_field.empty() && input.instance_field.empty() && !input.frames.begin &&
            !input.frames.end && input.frames.step == 1 && io::isCloudFile(job.operands[0]) &&
-           endingOf(job.operands[0]) != ".e57" &&
            std::filesystem::is_regular_file(job.operands[0]) &&
            io::recogniseInput(job.operands[0], input) == io::InputKind::cloud;
   }
@@ -104,9 +105,11 @@ class LiftCommand final : public Command {
   }
 
   void write(const std::string& path, const Lifted& lifted, const Narrative& narrate) const {
-    if (tiles_m_ == 0) return writeCloud(path, lifted.cloud, lifted.labels);
-    io::writeTiles(path, lifted.cloud, tiles_m_, &lifted.labels);
-    if (io::needsDoubles(lifted.cloud))
+    if (tiles_m_ == 0)
+      writeCloud(path, lifted.cloud, lifted.labels);
+    else
+      io::writeTiles(path, lifted.cloud, tiles_m_, &lifted.labels);
+    if (io::needsDoubles(lifted.cloud) && endingOf(path) != ".las")
       narrate.note(path +
                    " has doubles, as float32 has no millimetres 10 km from the origin; PCL and "
                    "Autoware read float32 only: move the cloud with --transform");

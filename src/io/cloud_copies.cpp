@@ -68,13 +68,16 @@ class Source {
     ids_ = findIdColumns(points, {}, file);
     chosen_ = columns.all();
     setClasses(labels);
+    renameColours();
     for (const Element& element : layout_.elements) {
       if (element.name != points.name) left_out_.push_back(element.name);
     }
     for (std::size_t i = 0; i < points.columns.size(); ++i) {
       const Column& column = points.columns[i];
       if (std::find(chosen_.begin(), chosen_.end(), i) != chosen_.end()) continue;
-      if (column.count != 1 || column.list_size)
+      const std::vector<std::string>& of_some = layout_.of_some_scans;
+      if (column.count != 1 || column.list_size ||
+          std::find(of_some.begin(), of_some.end(), column.name) != of_some.end())
         left_out_.push_back(column.name);
       else
         chosen_.push_back(i);
@@ -135,6 +138,15 @@ class Source {
                    comments.end());
     for (std::string& line : linesOf(classComments(*labels, "")))
       comments.push_back(std::move(line));
+  }
+  /// Those of an E57 to what PLY calls them.
+  void renameColours() {
+    for (Column& column : layout_.elements.front().columns) {
+      for (const char* color : {"Red", "Green", "Blue"}) {
+        if (column.name == std::string("color") + color)
+          column.name = std::string(1, static_cast<char>(std::tolower(color[0]))) + (color + 1);
+      }
+    }
   }
   /// Colours that PCL packs into a float are read as bits: as numbers some are not finite.
   static FileLayout layoutOf(InputFile& file) {
@@ -231,9 +243,8 @@ std::vector<std::string> copyToLas(const Source& source, const std::string& to,
               number = source.find({"return_number", "returnnumber"}),
               returns = source.find({"number_of_returns", "numberofreturns", "returncount"}),
               of_source = source.find({"point_source", "point_source_id", "ring"}),
-              red = source.find({"red", "r", "colorred"}),
-              green = source.find({"green", "g", "colorgreen"}),
-              blue = source.find({"blue", "b", "colorblue"}), packed = source.find({"rgb", "rgba"}),
+              red = source.find({"red", "r"}), green = source.find({"green", "g"}),
+              blue = source.find({"blue", "b"}), packed = source.find({"rgb", "rgba"}),
               label = source.label();
   double brightest = 0, brightest_color = 0;  // shares of 1, or counts
   source.forRows([&](const Eigen::Vector3d&, const double* values) {
@@ -304,7 +315,7 @@ std::vector<std::string> copyCloud(const std::string& from, const std::string& t
   const Source source(from, labels);
   std::vector<std::string> notes;
   if (!source.leftOut().empty())
-    notes.push_back(fmt::format("left out, as it is not one number per point: {}",
+    notes.push_back(fmt::format("left out, as it is not one number of each point: {}",
                                 fmt::join(source.leftOut(), ", ")));
   if (endingOf(to) != ".las") {
     copyTable(source, to, moved);

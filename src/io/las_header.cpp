@@ -5,9 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
+#include <string_view>
 
+#include "base/user_text.h"
 #include "las_writer.h"
 #include "point_table.h"
 #include "xview/base/error.h"
@@ -120,16 +123,24 @@ void readScales(const std::string& header, const InputFile& file, FileLayout& la
 
 /// What the records around the points say of the georeference and of the points.
 struct Records {
-  std::string wkt, ascii;            ///< texts of a coordinate system
-  std::uint16_t epsg = 0;            ///< its number; 0 = not given
-  bool is_geographic = false;        ///< its number is that of latitudes and longitudes
-  std::size_t extra = 0;             ///< bytes per point that the records describe
-  std::vector<std::string> classes;  ///< lines of writeLas() that name them
+  std::string wkt, ascii;              ///< texts of a coordinate system
+  std::uint16_t epsg = 0;              ///< its number; 0 = not given
+  bool is_geographic = false;          ///< its number is that of latitudes and longitudes
+  double unit_m = 1, unit_of_z_m = 1;  ///< lengths that the keys state; of z as of x and y if none
+  std::size_t extra = 0;               ///< bytes per point that the records describe
+  std::vector<std::string> classes;    ///< lines of writeLas() that name them
 };
 
-/// Keys 3072 (projected) and 2048 (geographic) of a GeoTIFF directory; 32767 is user-defined.
+/// Of EPSG: 9001 is the metre, 9002 the international foot, 9003 that of US surveys.
+double metresOf(std::uint16_t unit, double otherwise) {
+  return unit == 9001 ? 1 : unit == 9002 ? 0.3048 : unit == 9003 ? 1200.0 / 3937 : otherwise;
+}
+
+/// Keys 3072 (projected) and 2048 (geographic) of a GeoTIFF directory; 32767 is user-defined. 3076
+/// and 4099 are the units of lengths and heights.
 void takeKeys(const std::string& keys, Records& records) {
   std::uint16_t projected = 0, geographic = 0;
+  std::uint16_t unit = 0, unit_of_z = 0;
   bool is_projected = false;  // also by a system without a number
   for (std::size_t i = 8; i + 8 <= keys.size(); i += 8) {
     const std::uint16_t key = at<std::uint16_t>(keys, i), place = at<std::uint16_t>(keys, i + 2),
@@ -138,7 +149,11 @@ void takeKeys(const std::string& keys, Records& records) {
     if (place != 0 || value == 0 || value == 32767) continue;
     if (key == 3072) projected = value;
     if (key == 2048) geographic = value;
+    if (key == 3076) unit = value;
+    if (key == 4099) unit_of_z = value;
   }
+  records.unit_m = metresOf(unit, 1);
+  records.unit_of_z_m = metresOf(unit_of_z, records.unit_m);
   records.is_geographic = !is_projected && geographic != 0;
   records.epsg = projected != 0 ? projected : geographic;
 }
@@ -222,6 +237,46 @@ void requireLengths(const std::string& header, const Records& records, const Inp
       (south < 0 ? 32700 : 32600) + zone);
 }
 
+/// The last unit of lengths in a part of a WKT text: those of ellipsoids and parameters stand
+/// before that of the axes, and units of angles are none.
+double unitIn(const std::string& wkt, double otherwise) {
+  constexpr double kDegree_rad = M_PI / 180;
+  double found = otherwise;
+  for (std::size_t at = wkt.find("UNIT["); at != std::string::npos;
+       at = wkt.find("UNIT[", at + 1)) {
+    const std::string before = wkt.substr(at < 6 ? 0 : at - 6, std::min<std::size_t>(at, 6));
+    const bool is_whole_word =
+        before.empty() || !std::isalpha(static_cast<unsigned char>(before.back()));
+    const std::size_t name_end = wkt.find('"', wkt.find('"', at) + 1);
+    if (name_end == std::string::npos || !(is_whole_word || before == "LENGTH")) continue;
+    const std::size_t number = wkt.find_first_not_of(", ", name_end + 1);
+    if (number == std::string::npos) continue;
+    const std::size_t number_end = wkt.find_first_of(",] ", number);
+    const auto metres =
+        numberFrom<double>(std::string_view(wkt).substr(number, number_end - number));
+    if (metres && *metres > 0 && std::abs(*metres - kDegree_rad) > 1e-4) found = *metres;
+  }
+  return found;
+}
+
+/// Makes the lengths of a file metres by the units that it states.
+void useUnits(const Records& records, FileLayout& layout) {
+  double unit_m = records.unit_m, unit_of_z_m = records.unit_of_z_m;
+  if (!records.wkt.empty()) {
+    const std::size_t vertical = records.wkt.find("VERT");
+    unit_m = unitIn(records.wkt.substr(0, vertical), 1);
+    unit_of_z_m =
+        vertical == std::string::npos ? unit_m : unitIn(records.wkt.substr(vertical), unit_m);
+  }
+  layout.unit_m = {unit_m, unit_m, unit_of_z_m};
+  if ((layout.unit_m == 1).all()) return;
+  layout.scale *= layout.unit_m;
+  layout.offset *= layout.unit_m;
+  layout.notes.push_back(fmt::format(
+      "its georeference states lengths of {:.7g} m and heights of {:.7g} m; made metres", unit_m,
+      unit_of_z_m));
+}
+
 /// The fixed part, as long as the header says that it is; it must be of a version that is known.
 std::string readFixedHeader(InputFile& file) {
   if (file.size() < kShortestHeader)
@@ -257,6 +312,7 @@ FileLayout readLasHeader(InputFile& file) {
   readRecords(file, at<std::uint32_t>(header, 100), begin, records);
   if (at<std::uint8_t>(header, 25) >= 4) readRecordsBehind(file, header, records);
   requireLengths(header, records, file);
+  useUnits(records, layout);
   layout.georeference = georeferenceOf(records);
   layout.comments = std::move(records.classes);
   const Column& last = layout.elements[0].columns.back();

@@ -34,21 +34,23 @@ void putText(std::string& bytes, std::size_t position, const char* text) {
   std::memcpy(bytes.data() + position, text, std::strlen(text));
 }
 
-/// Integers that a scale and an offset make metres.
+/// Integers that a scale and an offset make lengths of `unit_m`, those of the file.
 class Steps {
  public:
-  Steps(std::string path, const Eigen::AlignedBox3d& box, const Eigen::Array3d& step_m)
-      : path_(std::move(path)), step_m_(step_m) {
+  Steps(std::string path, const Eigen::AlignedBox3d& box, const Eigen::Array3d& step_m,
+        const Eigen::Array3d& unit_m = Eigen::Array3d::Ones())
+      : path_(std::move(path)), step_m_(step_m), unit_m_(unit_m) {
     if (!box.isEmpty()) offset_m_ = box.center().array().floor();
   }
 
   void write(std::string& header, const Eigen::AlignedBox3d& box) const {
     for (int axis = 0; axis < 3; ++axis) {
       const auto place = static_cast<std::size_t>(axis) * sizeof(double);
-      put(header, 131 + place, step_m_[axis]);
-      put(header, 155 + place, offset_m_[axis]);
-      put(header, 179 + 2 * place, box.isEmpty() ? 0 : box.max()[axis]);
-      put(header, 187 + 2 * place, box.isEmpty() ? 0 : box.min()[axis]);
+      const double unit_m = unit_m_[axis];
+      put(header, 131 + place, step_m_[axis] / unit_m);
+      put(header, 155 + place, offset_m_[axis] / unit_m);
+      put(header, 179 + 2 * place, box.isEmpty() ? 0 : box.max()[axis] / unit_m);
+      put(header, 187 + 2 * place, box.isEmpty() ? 0 : box.min()[axis] / unit_m);
     }
   }
   void write(std::string& row, const Eigen::Vector3d& position) const {
@@ -64,7 +66,7 @@ class Steps {
 
  private:
   std::string path_;
-  Eigen::Array3d step_m_, offset_m_ = Eigen::Array3d::Zero();
+  Eigen::Array3d step_m_, unit_m_, offset_m_ = Eigen::Array3d::Zero();
 };
 
 /// A variable record with the lines that name classes.
@@ -154,7 +156,7 @@ void copyLas(const std::string& from, const std::string& to, const Eigen::Affine
   // Axes may be turned into one another, and lengths into metres.
   Eigen::Array3d step_m = layout.scale * std::cbrt(moved.linear().determinant());
   if (!moved.linear().isDiagonal()) step_m.setConstant(step_m.minCoeff());
-  const Steps steps(to, box, step_m);
+  const Steps steps(to, box, step_m, layout.unit_m);
   steps.write(header, box);
 
   AtomicFile copy(to);

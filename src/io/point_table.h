@@ -53,11 +53,13 @@ struct FileLayout {
   std::vector<std::string> comments;               ///< of the header, words joined by one blank
   Eigen::Array3d scale = Eigen::Array3d::Ones();   ///< position = offset + scale * x y z
   Eigen::Array3d offset = Eigen::Array3d::Zero();  ///< [m]
+  Eigen::Array3d unit_m = Eigen::Array3d::Ones();  ///< of the file; scale and offset are metres
   std::uint32_t label_bits = ~std::uint32_t{0};    ///< of the label column that are the class
-  std::string georeference;        ///< coordinate system as the file says it; empty = none
-  std::vector<std::string> notes;  ///< what is odd about the file, in sentences
-  std::size_t setups = 1;          ///< scans of an E57 that are read
-  bool ends_with_rows = true;      ///< false: something that is not read may follow the last row
+  std::string georeference;                ///< coordinate system as the file says it; empty = none
+  std::vector<std::string> notes;          ///< what is odd about the file, in sentences
+  std::size_t setups = 1;                  ///< scans of an E57 that are read
+  std::vector<std::string> of_some_scans;  ///< fields of an E57 that not all of them have
+  bool ends_with_rows = true;  ///< false: something that is not read may follow the last row
 
   const Element* findElement(const std::string& name) const;
 };

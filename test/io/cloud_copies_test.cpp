@@ -7,6 +7,7 @@
 
 #include "io/point_table.h"
 #include "small_files.h"
+#include "support/e57.h"
 #include "support/test_data.h"
 #include "xview/base/error.h"
 #include "xview/io/cloud_files.h"
@@ -82,6 +83,33 @@ TEST_F(CloudCopies, KeepTheFieldsOfEveryPoint) {
     EXPECT_EQ(rows[2][10], 42);
     EXPECT_NE(test::readText(folder_ / name).find(raw(0xFF8040C0U)), std::string::npos)
         << "a colour whose float is no number";
+  }
+}
+
+/// Check fix for: intensity and colours of an E57 were lost without a word.
+TEST_F(CloudCopies, OfAnE57HaveTheFieldsOfAllItsScans) {
+  test::E57Points scan;
+  scan.columns = {
+      test::e57Real("cartesianX", 64),     test::e57Real("cartesianY", 64),
+      test::e57Real("cartesianZ", 64),     test::e57Whole("intensity", 0, 4095, "scale=\"0.25\""),
+      test::e57Whole("colorRed", 0, 255),  test::e57Whole("colorGreen", 0, 255),
+      test::e57Whole("colorBlue", 0, 255), test::e57Whole("rowIndex", 0, 70000)};
+  scan.rows = {{1, 2, 3, 10, 11, 12, 13, 65536}};
+  test::E57Points other = scan;
+  other.columns.pop_back();
+  other.rows = {{4, 5, 6, 20, 21, 22, 23}};
+  const std::string e57 = folder_ / "a.e57";
+  test::writeText(e57, test::e57Paged(test::e57Content({scan, other})));
+  for (const char* name : {"a.pcd", "a.ply"}) {
+    const std::vector<std::string> notes = copyCloud(e57, folder_ / name, moved_);
+    ASSERT_EQ(notes.size(), 1u) << name;
+    EXPECT_NE(notes[0].find("rowIndex"), std::string::npos) << notes[0];
+    const std::vector<std::string> fields{"x", "y", "z", "intensity", "red", "green", "blue"};
+    EXPECT_EQ(readCloudHeader(folder_ / name).fields, fields);
+    const auto rows = rowsOf(folder_ / name);
+    ASSERT_EQ(rows.size(), 2u);
+    EXPECT_EQ(rows[0][3], 2.5);
+    EXPECT_EQ(rows[1][6], 23);
   }
 }
 

@@ -176,6 +176,55 @@ TEST_F(LasFiles, TheGeoreferenceIsKept) {
   EXPECT_EQ(readCloudHeader(write("a.las", file.bytes())).georeference, "PROJCS[\"local\"]");
 }
 
+/// Check fix for: a survey in feet was a place 3.28 times as large.
+TEST_F(LasFiles, LengthsAreThoseThatTheFileStates) {
+  constexpr double kSurveyFoot_m = 1200.0 / 3937;
+  const LasFile metres = threePoints(1);
+  const LabelledCloud given = readCloud(write("m.las", metres.bytes()));
+  const auto key = [](std::uint16_t id, std::uint16_t value) {
+    return raw(id) + raw(std::uint16_t{0}) + raw(std::uint16_t{1}) + raw(value);
+  };
+  const std::string in_feet =
+      "PROJCS[\"NAD83\",GEOGCS[\"NAD83\",UNIT[\"degree\",0.0174532925199433]],"
+      "UNIT[\"US survey foot\",0.3048006096012192]]";
+  const std::string of_2019 =
+      "PROJCRS[\"x\",BASEGEOGCRS[\"y\",DATUM[\"z\",ELLIPSOID[\"GRS\",6378137,298.25,"
+      "LENGTHUNIT[\"metre\",1]]]],CS[Cartesian,2],AXIS[\"e\",east,LENGTHUNIT[\"US survey foot\", "
+      "0.304800609601219]]]";
+  struct Case {
+    std::string record;
+    double unit_m, unit_of_z_m;
+  };
+  const std::uint16_t keys = 34735, text = 2112;
+  const auto as = [](std::uint16_t id, const std::string& content) {
+    return variableRecord("LASF_Projection", id, content);
+  };
+  for (const Case& c : std::vector<Case>{
+           {as(keys, key(1, 1) + key(3072, 2263) + key(3076, 9003)), kSurveyFoot_m, kSurveyFoot_m},
+           {as(keys, key(1, 1) + key(3076, 9002) + key(4099, 9001)), 0.3048, 1},
+           {as(keys, key(1, 1) + key(3072, 32633) + key(3076, 9001)), 1, 1},
+           {as(text, in_feet), kSurveyFoot_m, kSurveyFoot_m},
+           {as(text, "COMPD_CS[\"a\"," + in_feet + ",VERT_CS[\"b\",UNIT[\"metre\",1]]]"),
+            kSurveyFoot_m, 1},
+           {as(text, of_2019), kSurveyFoot_m, kSurveyFoot_m},
+           {as(text, "PROJCS[\"UNIT[\"ANGLEUNIT[\"a\",7]UNIT[\"\"]UNIT[\"x\",-3]UNIT["), 1, 1}}) {
+    LasFile file = metres;
+    file.records = c.record;
+    file.record_count = 1;
+    const std::string path = write("a.las", file.bytes()), moved = folder_ / "moved.las";
+    const LabelledCloud read = readCloud(path);
+    copyCloud(path, moved, Eigen::Affine3d(Eigen::Translation3d(3, 4, 5)));
+    const LabelledCloud again = readCloud(moved);
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      const Eigen::Array3d unit_m(c.unit_m, c.unit_m, c.unit_of_z_m);
+      const Eigen::Vector3d expected = given.position(i).array() * unit_m;
+      EXPECT_LT((read.position(i) - expected).norm(), 1e-6 * expected.norm()) << c.record;
+      EXPECT_LT((again.position(i) - expected - Eigen::Vector3d(3, 4, 5)).norm(), 0.02) << c.record;
+    }
+    EXPECT_EQ(readCloudHeader(path).notes.empty(), c.unit_m == 1) << c.record;
+  }
+}
+
 /// Check fix for: degrees were taken as metres, and a place became a speck.
 TEST_F(LasFiles, DegreesAreRefusedWithTheWayToMetres) {
   LasFile file = threePoints(1);

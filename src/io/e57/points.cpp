@@ -195,11 +195,15 @@ bool isCoordinate(const std::string& name) {
   return name.rfind("cartesian", 0) == 0 || name.rfind("spherical", 0) == 0;
 }
 
+/// Its type has room for all that the field holds; scaled whole numbers are real.
 Column columnOf(const E57Field& field) {
-  const ScalarType type = !field.is_real     ? ScalarType::i64
-                          : field.bits == 32 ? ScalarType::f32
-                                             : ScalarType::f64;
-  return {field.name, type, 1, {}};
+  const auto type = [&] {
+    if (field.is_real && field.bits == 32) return ScalarType::f32;
+    if (field.is_real || field.scale != 1 || field.offset != 0) return ScalarType::f64;
+    if (field.minimum != 0 || field.bits > 32) return ScalarType::i64;
+    return field.bits <= 8 ? ScalarType::u8 : field.bits <= 16 ? ScalarType::u16 : ScalarType::u32;
+  };
+  return {field.name, type(), 1, {}};
 }
 
 }  // namespace
@@ -217,8 +221,13 @@ FileLayout readE57Header(InputFile& file) {
   Element points;
   points.name = "point";
   for (const char* axis : {"x", "y", "z"}) points.columns.push_back({axis, ScalarType::f64, 1, {}});
-  for (const E57Field& field : document.scans[0].fields)
-    if (!isCoordinate(field.name)) points.columns.push_back(columnOf(field));
+  for (const E57Field& field : document.scans[0].fields) {
+    if (isCoordinate(field.name)) continue;
+    points.columns.push_back(columnOf(field));
+    const auto hasIt = [&](const E57Scan& scan) { return findField(scan, field.name).has_value(); };
+    if (!std::all_of(document.scans.begin(), document.scans.end(), hasIt))
+      layout.of_some_scans.push_back(field.name);
+  }
   for (const E57Scan& scan : document.scans) {
     Coordinates(scan, file);
     points.rows += scan.points;  // fewer than 2^64, as each file is longer than its points
