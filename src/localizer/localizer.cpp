@@ -13,6 +13,7 @@
 #include "base/user_text.h"
 #include "localizer/level_on_map.h"
 #include "localizer/localizer_index.h"
+#include "localizer/other_heights.h"
 #include "localizer/query_in_map.h"
 #include "localizer/storeys_of_map.h"
 #include "map/contents.h"
@@ -179,6 +180,17 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
   frame.R_up = registered.turn * frame.R_up;
 
   setVerdict(judged(evidence), answer);
+  if (answer.accepted() && !expected && !evidence.storeys && !found.places.empty()) {
+    Stopwatch watch;
+    const OtherHeight other =
+        bestOtherHeight(*query, map, answer.hypotheses[0].T_map_query * registered.turn);
+    answer.timing_ms.emplace_back("heights", watch.lap_ms());
+    evidence.other_storey = other.fit;
+    setVerdict(judged(evidence), answer);
+    if (!answer.accepted())
+      answer.reason += fmt::format(", {:.1f} m {}", map.size * std::abs(other.above),
+                                   other.above > 0 ? "above" : "below");
+  }
   if (answer.status == Status::ambiguous) tellStoreys(found, map.size, answer);
   if (answer.accepted() && sayAnything(priors) &&
       !satisfies(priors, query->sensor,
@@ -449,9 +461,11 @@ void Localizer::askFeatures(const Query& query, const PlaceIndex& index,
   const Query standing = standingQuery(query, up, options_);
   Localization other = inMetres(index.localize(*inMap(standing), nullptr, poses), size_);
   lap("standing");
-  if (!other.statistics.feature_margin || !other.accepted()) return;
+  if (!other.statistics.feature_margin || other.status == Status::rejected) return;
   const auto mirrored = index.feature_index.propose(*in_map, true);
-  if (!mirrored.empty() && mirrored[0].share > poses[0].share)
+  const bool is_mirrored = !mirrored.empty() && mirrored[0].share > poses[0].share;
+  if (!is_mirrored && !other.accepted()) return;
+  if (is_mirrored)
     verdict::refuse(ReasonCode::contradicted,
                     "the mirror image of the query fits the map more closely than the query: its "
                     "frame may be left-handed",
