@@ -3,6 +3,8 @@
 
 #include <pcl/console/print.h>
 #include <pcl/registration/correspondence_rejection_sample_consensus.h>
+// Its code instead of the library, whose thousands of symbols took a third of the program's start.
+#include <pcl/sample_consensus/impl/ransac.hpp>
 
 #include <algorithm>
 #include <mutex>
