@@ -293,7 +293,7 @@ std::string toJson(const Answer& answer) {
   if (!is_read) json["query"]["first_frame"] = json["query"]["last_frame"] = nullptr;
   json["status"] = is_read ? toString(fix.status) : kError;
   json["reason"] = is_read ? fix.reason : answer.error;
-  json["reason_code"] = is_read ? Json(toString(fix.reason_code)) : Json();
+  json["reason_code"] = is_read ? toString(fix.reason_code) : kError;
   if (!answer.budget_exhausted.empty()) json["budget_exhausted"] = answer.budget_exhausted;
   json["confidence"] = fix.confidence;
   json["p_wrong"] = 1 - fix.confidence;

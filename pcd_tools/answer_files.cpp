@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 
 #include "base/in_order.h"
@@ -123,6 +124,15 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
         "--trajectory has {} of {} poses: of the others the odometry does not tell where they were",
         known.size(), poses.size()));
   return known;
+}
+
+/// From the last pose of a query to its nearest point.
+double distanceToPoints(const Query& query) {
+  const Eigen::Vector3d sensor = query.poses.back().translation();
+  double nearest = query.cloud.empty() ? 0 : std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < query.cloud.size(); ++i)
+    nearest = std::min(nearest, (query.cloud.position(i) - sensor).norm());
+  return nearest;
 }
 
 }  // namespace
@@ -273,6 +283,7 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
   // A graph or map is one query; its answer is that of its last pose.
   const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
   fixes_.push_back(pose::fixOf(fix, index));
+  sensor_off_m_ = query.sensor == Sensor::cloud ? distanceToPoints(query) : 0;
   found_.fixes.push_back(fixes_.back());
   for (std::size_t i = index + 1 - std::min(query.poses.size(), index + 1); i <= index; ++i)
     found_.is_found[i] = true;
@@ -310,9 +321,18 @@ void AnswerFiles::end(const Job& job) const {
                                                   was_found_.empty() ? found_.is_found : was_found_,
                                                   jumps_, job));
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);
-  if (!initial_pose.empty())
+  if (initial_pose.empty()) return;
+  constexpr double kNoSensor_m = 10;
+  if (sensor_off_m_ > kNoSensor_m) {
+    job.narrate.note(fmt::format(
+        "--initialpose: {} is a cloud whose points are {:.0f} m and more from the origin of its "
+        "frame, so no sensor was there; --matrix has the pose of that frame",
+        query_, sensor_off_m_));
+    removeStale(initial_pose, job.narrate);
+  } else {
     writeFile(initial_pose, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,
                                         accepted_.back().stamp_s, parseSensorBase(sensor_base_)));
+  }
 }
 
 void AnswerFiles::finish(const map::SemanticMap& map, const Job& job) const {

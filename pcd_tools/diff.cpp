@@ -136,7 +136,7 @@ class DiffCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
-    declareLimits(flags, limits_);
+    verdict_.declare(flags);
     flags.addOutput("-o,--out", out_, "the file to write");
   }
 
@@ -146,7 +146,7 @@ class DiffCommand final : public Command {
       throw UsageError("--scale: only visits with the same lengths can be compared");
     map::SemanticMap earlier = readWholeMap(given.operands[0], input_, given);
     Job job = inMap(given, earlier);
-    requireValid(job.limits = limits_);
+    verdict_.applyTo(job);
     Stopwatch watch;
     const std::optional<PlacedVisit> later = find(job.operands[1], earlier, job);
     if (!later) {
@@ -235,7 +235,7 @@ class DiffCommand final : public Command {
   }
 
   InputFlags input_;
-  BudgetLimits limits_;
+  VerdictFlags verdict_;
   std::string out_;
 };
 

@@ -49,11 +49,10 @@ class FollowCommand final : public Command {
     flags.add("--window", window_,
               "most frames per query; 0 = by the sensor: one scan, or twenty images");
     flags.add("--stride", stride_, "frames from one query to the next; 0 = by the sensor");
-    flags.add("--risk", risk_, "a pose is wrong with at most this chance; 0 = 1 - min_confidence");
     flags.addOutput("--initialpose", initial_pose_,
                     "file that always holds the newest pose, as YAML of "
                     "PoseWithCovarianceStamped (ROS); removed while it is lost");
-    declareLimits(flags, limits_);
+    verdict_.declare(flags);
     flags.add(kSensorBaseFlag, sensor_base_, kSensorBaseHelp);
     flags.addOutput("-o,--out", out_, "file for the lines");
   }
@@ -63,8 +62,7 @@ class FollowCommand final : public Command {
     T_sensor_base_ = parseSensorBase(sensor_base_);
     requireWritable(initial_pose_);
     Job job = given;
-    requireValid(job.limits = limits_);
-    if (risk_ != 0) acceptAtRisk("--risk", risk_, job.options.verdict);
+    verdict_.applyTo(job);
     removeStale(initial_pose_, job.narrate, kUntilItIsFound);
     const map::SemanticMap map = readMap(job.operands.back(), input_, job);
     job = inMap(job, map);
@@ -180,9 +178,9 @@ class FollowCommand final : public Command {
   }
 
   InputFlags input_;
-  BudgetLimits limits_;
+  VerdictFlags verdict_;
   bool watch_ = false;
-  double idle_s_ = 0, risk_ = 0;
+  double idle_s_ = 0;
   int window_ = 0, stride_ = 0;
   std::string stop_, initial_pose_, sensor_base_, out_;
   std::optional<Eigen::Isometry3d> T_sensor_base_;

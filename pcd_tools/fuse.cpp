@@ -39,7 +39,7 @@ class FuseCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
-    declareLimits(flags, limits_);
+    verdict_.declare(flags);
     flags.add("--undo", undo_, "take back the last change of MAP");
     flags.add("--force", force_, "add also what contradicts the map or is in it already");
     flags.addOutput("-o,--out", out_, "write the larger map to this file and leave MAP alone");
@@ -62,7 +62,7 @@ class FuseCommand final : public Command {
     MapDraft draft(target, path);
     map::SemanticMap map = map::openMap(path);
     Job job = inMap(given, map);
-    requireValid(job.limits = limits_);
+    verdict_.applyTo(job);
     Stopwatch watch;
     QueryInput input = openQuery(query, input_, job, map.labels);
     std::string refusal;
@@ -88,7 +88,7 @@ class FuseCommand final : public Command {
 
  private:
   InputFlags input_;
-  BudgetLimits limits_;
+  VerdictFlags verdict_;
   std::string out_;
   bool undo_ = false, force_ = false;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The flags of inputs belong to the program: who calls it as a library has none.
 #include "inputs.h"
+#include "windows.h"
 
 namespace xview::tools {
 
@@ -31,14 +32,21 @@ void InputFlags::declareWithMap(Flags& flags) {
             "label set of a MAP that is not an .xvm; --labels is then that of the others only");
 }
 
-void declareLimits(Flags& flags, BudgetLimits& limits) {
+void VerdictFlags::declare(Flags& flags) {
+  flags.add("--risk", risk_,
+            "accept a pose that is wrong with at most this chance; 0 = 1 - min_confidence");
   const Flags rare = flags.rare();
-  rare.add("--timeout SECONDS", limits.time_s,
+  rare.add("--timeout SECONDS", limits_.time_s,
            "a query that takes longer is rejected, with \"budget_exhausted\" in its JSON; 0 = no "
            "bound");
-  rare.add("--max-memory MB", limits.memory_mb,
+  rare.add("--max-memory MB", limits_.memory_mb,
            "so is one that needs more memory, beyond what the program has when it begins, the map "
            "included; 0 = no bound");
+}
+
+void VerdictFlags::applyTo(Job& job) const {
+  requireValid(job.limits = limits_);
+  if (risk_ != 0) acceptAtRisk("--risk", risk_, job.options.verdict);
 }
 
 }  // namespace xview::tools

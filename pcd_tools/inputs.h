@@ -35,9 +35,18 @@ class InputFlags {
       mount_, topic_, odometry_;
 };
 
-/// The flags that bound what a query may take: of its frames, and of what finds it; with windows of
-/// the latter only, because they share frames.
-void declareLimits(Flags& flags, BudgetLimits& limits);
+/// The flags of commands that give a verdict: the risk of an acceptance, and what a query may take:
+/// its frames, and what finds it; with windows the latter only, because they share frames.
+class VerdictFlags {
+ public:
+  void declare(Flags& flags);
+  /// Throws UsageError.
+  void applyTo(Job& job) const;
+
+ private:
+  BudgetLimits limits_;
+  double risk_ = 0;  ///< 0 = that of the options
+};
 
 /// Opens a recording; says on stderr what its reader guessed or left out, and which roles of
 /// classes were only guessed.

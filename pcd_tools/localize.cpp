@@ -159,11 +159,9 @@ class LocalizeCommand final : public Command {
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
     windows_.declare(flags);
-    declareLimits(flags, limits_);
+    verdict_.declare(flags);
     flags.add("--near X,Y,RADIUS", near_, "the last pose is in this circle of the map [m]");
     flags.add("--yaw YAW,TOLERANCE", yaw_, "it looks this way, counter-clockwise from x [deg]");
-    flags.add("--risk", risk_,
-              "accept a pose that is wrong with at most this chance; 0 = 1 - min_confidence");
     flags.add("--json", json_, "print one JSON object per query");
     flags.addOutput("-o,--out", out_, "file for the answers: .jsonl, .csv or .txt");
     files_.declare(flags);
@@ -176,9 +174,8 @@ class LocalizeCommand final : public Command {
     takeKindOfAnswers();
     files_.check(queriesOf(job));
     Job known = job;
-    requireValid(known.limits = limits_);
+    verdict_.applyTo(known);
     takePrior(known.options.prior);
-    takeRisk(known.options.verdict);
     checkOrder(job.operands, input_);
     files_.removeOld(queriesOf(job), job, false);
     return answerAll(known);
@@ -209,10 +206,6 @@ class LocalizeCommand final : public Command {
       parseHeading("--yaw", yaw_);
       prior.yaw = yaw_;
     }
-  }
-
-  void takeRisk(verdict::VerdictOptions& verdict) const {
-    if (risk_ != 0) acceptAtRisk("--risk", risk_, verdict);
   }
 
   static std::vector<std::string> queriesOf(const Job& job) {
@@ -333,10 +326,9 @@ class LocalizeCommand final : public Command {
 
   InputFlags input_;
   WindowFlags windows_;
-  BudgetLimits limits_;
+  VerdictFlags verdict_;
   AnswerFiles files_;
   std::string near_, yaw_, out_;
-  double risk_ = 0;  ///< 0 = that of the options
   bool json_ = false, csv_ = false, beside_ = false, is_hinted_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;

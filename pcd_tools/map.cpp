@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 
 #include "answer_files.h"
 #include "answer_table.h"
@@ -50,6 +51,7 @@ class MapCommand final : public Command {
     flags.addOutput("--matrix", matrices_,
                     "with --join: write where each INPUT is, 4 x 4 numbers (T_map_input), to a "
                     "file of its name in this folder");
+    verdict_.declare(flags);
     flags.add("--without SOURCE", without_, "take out of MAP what was added from there");
     flags.add("--undo", undo_, "take back the last change of MAP");
     flags.add("--force", force_,
@@ -67,7 +69,9 @@ class MapCommand final : public Command {
     return {openRecordings(inputs, &map.labels, sized, [](const auto&...) {}), sized.options};
   }
 
-  ExitCode run(const Job& job) override {
+  ExitCode run(const Job& given) override {
+    Job job = given;
+    verdict_.applyTo(job);
     std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
     const std::string& out = job.operands.back();
     if (endingOf(out) != ".xvm")
@@ -132,8 +136,12 @@ class MapCommand final : public Command {
   static std::vector<std::string> setupsOfAll(const std::vector<std::string>& inputs) {
     std::vector<std::string> all;
     for (const std::string& input : inputs) {
-      const std::vector<std::string> setups = io::setupsOf(input);
-      all.insert(all.end(), setups.begin(), setups.end());
+      try {
+        const std::vector<std::string> setups = io::setupsOf(input);
+        all.insert(all.end(), setups.begin(), setups.end());
+      } catch (const Error&) {  // it is said when its turn comes
+        all.push_back(input);
+      }
     }
     return all;
   }
@@ -164,31 +172,40 @@ class MapCommand final : public Command {
     }
     for (std::size_t i = 0; i < waiting.size(); ++i)
       fmt::print("{}: left out: {}\n", printable(waiting[i]), printable(refusals[i]));
-    if (waiting.size() == all) return kNoPose;
+    const ExitCode unread = unreadable_.empty() ? kDone : kFailed;
+    if (waiting.size() == all) return unread ? unread : kNoPose;
     draft.commit();
     if (!matrices_.empty()) writeMatrices();
     job.narrate.stage("join", watch.lap_ms(),
                       fmt::format("{} of {} found", all - waiting.size(), all));
     printMap(out, map);
-    return kDone;
+    return unread;
   }
 
   /// Adds an input where it is found; else why it is not.
   std::string join(const std::string& path, map::SemanticMap& map, MapDraft& draft,
                    const Job& job) {
-    QueryInput input = openQuery(path, input_, job, map.labels);
     std::string refusal;
-    const auto placed = placeVisit(
-        input, Localizer(map::borrowed(map), job.options, input.options.class_names), job, refusal);
-    if (!placed) return refusal;
-    const map::Visit visit = additionOf(*placed, input, input_, map, job);
-    if (const auto objection = objectionTo(visit.place, map, "the map", job.options))
+    std::optional<PlacedVisit> placed;
+    std::optional<map::Visit> visit;
+    try {
+      QueryInput input = openQuery(path, input_, job, map.labels);
+      placed =
+          placeVisit(input, Localizer(map::borrowed(map), job.options, input.options.class_names),
+                     job, refusal);
+      if (!placed) return refusal;
+      visit = additionOf(*placed, input, input_, map, job);
+    } catch (const Error& error) {  // one of many need not be readable
+      unreadable_.insert(path);
+      return error.what();
+    }
+    if (const auto objection = objectionTo(visit->place, map, "the map", job.options))
       return *objection;
     job.narrate.line(placed->how);
     joined_.emplace_back(path, placed->T_map_input);
-    appendToMap(map, visit.place, job.options);
+    appendToMap(map, visit->place, job.options);
     draft.add(map, fmt::format("joined {}, wrong {}", path, chanceWrongText(placed->confidence)),
-              visit);
+              *visit);
     return "";
   }
 
@@ -277,9 +294,11 @@ class MapCommand final : public Command {
   }
 
   InputFlags input_;
+  VerdictFlags verdict_;
   std::string without_;
   std::string matrices_;
   std::vector<std::pair<std::string, Eigen::Isometry3d>> joined_;  ///< inputs, T_map_input
+  std::set<std::string> unreadable_;
   bool append_ = false, join_ = false, undo_ = false, force_ = false;
 };
 

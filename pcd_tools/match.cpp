@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "base/user_text.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "process/atomic_file.h"
@@ -24,9 +25,10 @@ std::string toCsv(const Localization& fix, const Query& query, const map::Semant
   for (const Correspondence& c : fix.putative) {
     const Vertex &a = query.graph.vertices[c.query], &b = map.graph.vertices[c.map];
     text += fmt::format("{},{:.4f},{},{},{:.3f},{:.3f},{:.3f},{},{:.3f},{:.3f},{:.3f}\n",
-                        kept.count({c.query, c.map}), c.similarity, map.labels.className(b.label),
-                        c.query, a.position.x(), a.position.y(), a.position.z(), c.map,
-                        b.position.x(), b.position.y(), b.position.z());
+                        kept.count({c.query, c.map}), c.similarity,
+                        csvQuoted(map.labels.className(b.label)), c.query, a.position.x(),
+                        a.position.y(), a.position.z(), c.map, b.position.x(), b.position.y(),
+                        b.position.z());
   }
   return text;
 }
@@ -48,9 +50,14 @@ class MatchCommand final : public Command {
             true};
   }
 
-  void declare(Flags& flags) override { input_.declareWithMap(flags); }
+  void declare(Flags& flags) override {
+    input_.declareWithMap(flags);
+    verdict_.declare(flags);
+  }
 
-  ExitCode run(const Job& job) override {
+  ExitCode run(const Job& given) override {
+    Job job = given;
+    verdict_.applyTo(job);
     const std::string& out = job.operands[2];
     requireDrawingPath(out, true);
     if (!job.options.scale.empty())
@@ -62,7 +69,10 @@ class MatchCommand final : public Command {
     const Query& query = *input.whole;
     Stopwatch watch;
     const Localizer localizer(map::borrowed(map), sized.options, input.options.class_names);
-    const Localization fix = localizer.localize(query);
+    const Localization fix = [&] {
+      const Budget budget(job.limits);
+      return localizer.localize(query);
+    }();
     job.narrate.stage("match", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
 
@@ -88,6 +98,7 @@ class MatchCommand final : public Command {
 
  private:
   InputFlags input_;
+  VerdictFlags verdict_;
 };
 
 }  // namespace

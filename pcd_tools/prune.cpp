@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/label_match.h"
+#include "base/user_text.h"
 #include "compare/changes.h"
 #include "compare/self_similarity.h"
 #include "inputs.h"
@@ -84,7 +85,7 @@ class PruneCommand final : public Command {
     }
     job.narrate.stage("prune", watch.lap_ms(), target);
     fmt::print("{}: {} of {} things forgotten{}{}\n", target, gone.size(), before,
-               gone.empty() ? "" : ": ", names);
+               gone.empty() ? "" : ": ", printable(names));
     return kDone;
   }
 

@@ -108,6 +108,7 @@ std::string BodyFile::ending() const {
   if (begins("ply")) return ".ply";
   if (begins("SQLite format 3")) return ".xvm";
   if (begins("LASF")) return ".las";
+  if (begins("ASTM-E57")) return ".e57";
   return begins("#") || begins("VERSION") ? ".pcd" : ".bin";
 }
 

@@ -75,15 +75,17 @@ class ServeCommand final : public Command {
     flags.add("--max-clients", where_.max_clients, "connections at a time; more: 503");
     jobs_ = 2;
     flags.add("--jobs", jobs_, "queries computed at a time; the others wait");
-    declareLimits(flags, limits_);
+    verdict_.declare(flags);
     flags.add("--patience", where_.patience_s,
               "a request must come within this time, else 408, and have its turn within it, else "
               "503 [s]");
   }
 
-  ExitCode run(const Job& job) override {
+  ExitCode run(const Job& given) override {
     checkFlags();
     boundMemoryPools();
+    Job job = given;
+    verdict_.applyTo(job);
     job_ = &job;
     served_ = stampOf(job.operands[0]);
     load();
@@ -113,7 +115,6 @@ class ServeCommand final : public Command {
     requirePositive("--max-body", max_body_mb_);
     requirePositive("--max-clients", where_.max_clients);
     requirePositive("--jobs", jobs_);
-    requireValid(limits_);
     if (!(where_.patience_s > 0 && where_.patience_s < 1e6))
       throw UsageError(fmt::format("--patience = {}, must be > 0", where_.patience_s));
   }
@@ -146,7 +147,7 @@ class ServeCommand final : public Command {
 
   /// A query that takes twice the time that it has is taken for stuck.
   QueryPlaces::Load queries() const {
-    return places_.load(2 * (limits_.time_s > 0 ? limits_.time_s : where_.patience_s));
+    return places_.load(2 * (job_->limits.time_s > 0 ? job_->limits.time_s : where_.patience_s));
   }
 
   // ---- the map
@@ -293,7 +294,7 @@ class ServeCommand final : public Command {
 
   std::string localize(const BodyFile& body) const {
     const auto map = currentMap();
-    const Budget budget(limits_);
+    const Budget budget(job_->limits);
     QueryInput input = readQuery(body.path(), input_, map->job, map->map.labels, kLastMetres);
     input.path = body.name();
     Answer answer = answerFor(input, {0, input.size()}, *input.whole, map->unanswered);
@@ -322,7 +323,7 @@ class ServeCommand final : public Command {
     const auto map = currentMap();
     robot->followIn(map);
     frame.number = robot->frames++;
-    const FollowAnswer answer = robot->follower->withinBudget(limits_, [&] {
+    const FollowAnswer answer = robot->follower->withinBudget(job_->limits, [&] {
       return follow(*robot->follower, openQuery(body.path(), input_, map->job, map->map.labels),
                     frame, T_odom_sensor);
     });
@@ -334,7 +335,7 @@ class ServeCommand final : public Command {
   }
 
   InputFlags input_;
-  BudgetLimits limits_;
+  VerdictFlags verdict_;
   Listening where_;
   int max_body_mb_ = 0, jobs_ = 0;
   const Job* job_ = nullptr;

@@ -40,6 +40,43 @@ std::vector<Eigen::Isometry3d> posesOf(const Recording& recording) {
   return poses;
 }
 
+/// The frames of a slice, none of which is read. Those of a file are listed again, as whoever takes
+/// the recording opens it by its path.
+Recording sliceOf(const Recording& recording, const py::slice& slice) {
+  py::ssize_t begin = 0, end = 0, step = 0, count = 0;
+  const auto size = static_cast<py::ssize_t>(recording.source->size());
+  if (!slice.compute(size, &begin, &end, &step, &count)) throw py::error_already_set();
+  if (step < 0) throw UsageError("the frames of a recording have one order; step must be > 0");
+  if (count == 0) throw UsageError(fmt::format("no frame of the {} is in the slice", size));
+  Recording part{recording.path, recording.input, nullptr, {}};
+  std::vector<std::size_t> positions;
+  for (py::ssize_t i = 0; i < count; ++i) {
+    positions.push_back(static_cast<std::size_t>(begin + i * step));
+    if (!recording.truth.empty()) part.truth.push_back(recording.truth[positions.back()]);
+  }
+  if (!part.path.empty()) {
+    const io::FrameRange& of = recording.input.frames;
+    part.input.frames = {of.begin + positions.front() * of.step,
+                         of.begin + positions.back() * of.step + 1,
+                         of.step * static_cast<std::size_t>(step)};
+    part.source = released([&] { return io::openRecording(part.path, part.input); });
+  } else {
+    std::vector<Eigen::Isometry3d> poses;
+    for (const std::size_t at : positions) poses.push_back(recording.source->pose(at));
+    const auto release = [whole = recording.source](const FrameSource* source) { delete source; };
+    part.source = {new PosedRecording(*recording.source, positions, poses), release};
+  }
+  return part;
+}
+
+Recording frameOf(const Recording& recording, py::ssize_t index) {
+  const auto size = static_cast<py::ssize_t>(recording.source->size());
+  const py::ssize_t at = index < 0 ? index + size : index;
+  if (at < 0 || at >= size)
+    throw py::index_error(fmt::format("frame {} of a recording of {}", index, size));
+  return sliceOf(recording, py::slice(at, at + 1, 1));
+}
+
 py::tuple wholeCloud(const Recording& recording, double voxel_m, const py::kwargs& options) {
   Work work(optionsOf(options));
   auto cloud = released([&] {
@@ -69,6 +106,10 @@ void bindRecording(py::module_& module) {
                         "Frames of a file or folder, or of a simulated drive, in order. Frames are "
                         "read when they are asked for.")
       .def("__len__", [](const Recording& r) { return r.source->size(); })
+      .def("__getitem__", &sliceOf, py::arg("frames"),
+           "The frames of a slice as a recording of their own; nothing is read.")
+      .def("__getitem__", &frameOf, py::arg("frame"),
+           "One frame as a recording; `for frame in recording` has them all in order.")
       .def("__repr__",
            [](const Recording& r) {
              return fmt::format("<xview.Recording {}: {} frames>", r.source->name(),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Types of the compiled module. Shapes and units are in the docstrings, which help() prints.
 import os
-from typing import Any, Literal, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Iterator, Literal, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,10 @@ class Recording:
     """Frames of a file or folder, or of a simulated drive, in order."""
 
     def __len__(self) -> int: ...
+    def __getitem__(self, frames: Union[int, slice]) -> Recording:
+        """Its frames as a recording of their own; nothing is read."""
+    def __iter__(self) -> Iterator[Recording]:
+        """Frame by frame."""
     @property
     def name(self) -> str: ...
     @property

@@ -143,7 +143,7 @@ TEST(ConnectedCells, AreThoseThatDisjointSetsJoin) {
   std::size_t expected = 0;
   for (std::uint32_t i = 0; i < index.size(); ++i) {
     for (std::uint32_t j = 0; j < i; ++j) {
-      const CellIndex::Cell a = index.cells()[i], b = index.cells()[j];
+      const PlaneCell a = index.cells()[i], b = index.cells()[j];
       const bool touch = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) <= 1;
       if (touch && belongs(static_cast<std::int32_t>(i)) && belongs(static_cast<std::int32_t>(j)))
         sets.unite(i, j);

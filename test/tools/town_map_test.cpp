@@ -322,6 +322,18 @@ TEST_F(TinyTown, SetupsOfAnE57AreJoinedAsFilesAre) {
             0.5);
 }
 
+/// Check fix for: one scan that could not be read lost the work on all others.
+TEST_F(TinyTown, JoinsWhatCanBeReadAndItsExitCodeRemembersTheRest) {
+  const std::string broken = file("broken_setup.pcd"), joined = file("with_broken.xvm");
+  writeText(broken,
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 3\nDATA ascii\n1 2\n");
+  const Outcome run = runXview({"map", "-q", "--join", town("forward"), broken, town("rear"), joined});
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_NE(run.out.find(broken + ": left out: " + broken + ":"), std::string::npos) << run.out;
+  EXPECT_EQ(map::openMap(joined).sources,
+            (std::vector<std::string>{town("forward"), town("rear")}));
+}
+
 TEST_F(TinyTown, EveryChangeIsOnRecordAndCanBeTakenBack) {
   const std::string path = file("history.xvm");
   fs::copy(map(), path);

@@ -257,7 +257,7 @@ TEST_F(TinyTown, AMatchTakesTheGivenNamesOfClasses) {
       {"match", "-q", "--class-names", file("own_names.txt"), own, map(), file("own_names.csv")},
       {120, 0, ""});
   EXPECT_TRUE(matched.code == 0 || matched.code == 3) << matched.err;
-  EXPECT_NE(readText(file("own_names.csv")).find(",pole,"), std::string::npos);
+  EXPECT_NE(readText(file("own_names.csv")).find(",\"pole\","), std::string::npos);
 }
 
 TEST_F(TinyTown, InfoIsJsonForPrograms) {
