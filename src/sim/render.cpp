@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sim/render.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "base/parallel.h"
+#include "process/module.h"
+#include "sim/embree_ray_tree.h"
 #include "sim/town.h"
 #include "xview/base/error.h"
 
@@ -27,20 +27,22 @@ void addIndexed(TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint3
   mesh.triangles.push_back({{a, b, c}, tag});
 }
 
-RTCGeometry geometryOf(const TriangleMesh& mesh, RTCDevice device) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
-                                                               mesh.vertices.size()));
-  for (const Eigen::Vector3f& v : mesh.vertices) vertices = std::copy_n(v.data(), 3, vertices);
-  auto* indices = static_cast<std::uint32_t*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                              3 * sizeof(std::uint32_t), mesh.triangles.size()));
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    indices = std::copy(t.corner.begin(), t.corner.end(), indices);
+/// The functions of the module xview_ray_casting.
+struct RayCasting {
+  decltype(&xviewMakeRayTree) makeTree = function<decltype(makeTree)>("xviewMakeRayTree");
+  decltype(&xviewReleaseRayTree) release = function<decltype(release)>("xviewReleaseRayTree");
+  decltype(&xviewCastRays) cast = function<decltype(cast)>("xviewCastRays");
+
+ private:
+  template <class Function>
+  static Function function(const char* name) {
+    return reinterpret_cast<Function>(
+        moduleFunction("xview_ray_casting", name, "simulated worlds"));
   }
-  rtcCommitGeometry(geometry);
-  return geometry;
+};
+const RayCasting& rayCasting() {
+  static const RayCasting functions;
+  return functions;
 }
 
 }  // namespace
@@ -131,26 +133,9 @@ void addLumpyEllipsoid(TriangleMesh& mesh, const Eigen::Vector3d& center,
   }
 }
 
-// Other instruction sets round otherwise: this one, so that a seed gives the same scans on
-// processors with a later one.
-#ifdef __SANITIZE_THREAD__
-constexpr const char* kDevice = "max_isa=avx2,threads=1";  // what orders its threads is not seen
-#else
-constexpr const char* kDevice = "max_isa=avx2";
-#endif
-
-RayScene::RayScene(TriangleMesh mesh) : mesh_(std::move(mesh)) {
-  RTCDevice device = rtcNewDevice(kDevice);
-  if (!device) throw Error("Embree", "no ray-tracing device on this machine");
-  tree_ = {rtcNewScene(device), rtcReleaseScene};
-  rtcSetSceneFlags(tree_.get(), RTC_SCENE_FLAG_ROBUST);
-  if (!mesh_.triangles.empty()) {
-    RTCGeometry geometry = geometryOf(mesh_, device);
-    rtcAttachGeometry(tree_.get(), geometry);
-    rtcReleaseGeometry(geometry);
-  }
-  rtcCommitScene(tree_.get());
-  rtcReleaseDevice(device);  // the scene keeps it
+RayScene::RayScene(TriangleMesh mesh)
+    : mesh_(std::move(mesh)), tree_(rayCasting().makeTree(mesh_), rayCasting().release) {
+  if (!tree_) throw Error("Embree", "no ray-tracing device on this machine");
 }
 
 /// Where rays from one point first meet a scene.
@@ -196,10 +181,7 @@ class RayCaster {
                 const Eigen::Vector3d* directions, int count, Hit* hits) const {
     std::fill(packet.hit.geomID, packet.hit.geomID + kPacket, RTC_INVALID_GEOMETRY_ID);
     std::fill(packet.hit.instID[0], packet.hit.instID[0] + kPacket, RTC_INVALID_GEOMETRY_ID);
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect8(valid, scene.tree_.get(), &context, &packet);
+    rayCasting().cast(valid, scene.tree_.get(), packet);
     for (int i = 0; i < count; ++i) {
       if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       const TriangleMesh::Triangle& triangle = scene.mesh_.triangles[packet.hit.primID[i]];
