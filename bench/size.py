@@ -22,20 +22,20 @@ ROOMS = {
     "match": (["src/match"], 1300, 1796),
     "pose": (["src/pose"], 2800, None),
     "verdict": (["src/verdict"], 900, None),
-    "localizer": (["src/localizer"], 3300, 4075),  # other heights
+    "localizer": (["src/localizer"], 3300, 4080),  # other heights
     "map": (["src/map"], 4000, None),
     "compare": (["src/compare"], 2100, 2330),
-    "io": (["src/io"], 5500, 6020),  # writes LAS, moves clouds with all their fields
+    "io": (["src/io"], 5500, 6035),  # writes LAS, moves clouds with all their fields
     "io/bags": (["src/io/bags"], 1900, 2270),
-    "io/e57, LAS": (["src/io/e57", "src/io/las_header.cpp"], 800, 935),  # units that LAS states, fields of E57
+    "io/e57, LAS": (["src/io/e57", "src/io/las_header.cpp"], 800, 955),  # units that LAS states, fields of E57
     "io/datasets": (["src/io/datasets"], 800, None),
     "view": (["src/view"], 2400, None),
     "eval": (["src/eval"], 600, None),
     "sim": (["src/sim"], 4100, None),
-    "pcd_tools": (["pcd_tools"], 8000, 11075),
+    "pcd_tools": (["pcd_tools"], 8000, 11135),  # the server is a module
 }
 PUBLIC_HEADERS = 22
-ALL, ALL_LIMIT = 50000, 60870  # without the simulator
+ALL, ALL_LIMIT = 50000, 60960  # without the simulator
 
 
 def sources(path):

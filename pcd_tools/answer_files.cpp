@@ -126,13 +126,20 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
   return known;
 }
 
-/// From the last pose of a query to its nearest point.
-double distanceToPoints(const Query& query) {
+/// From the last pose of a cloud to its nearest point, if no sensor can have been there: that is
+/// more than 10 m, and more than the cloud is long. Else 0.
+double offFromSensor(const Query& query) {
+  constexpr double kNoSensor_m = 10;
   const Eigen::Vector3d sensor = query.poses.back().translation();
-  double nearest = query.cloud.empty() ? 0 : std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < query.cloud.size(); ++i)
-    nearest = std::min(nearest, (query.cloud.position(i) - sensor).norm());
-  return nearest;
+  double nearest = std::numeric_limits<double>::infinity();
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < query.cloud.size(); ++i) {
+    const Eigen::Vector3d p = query.cloud.position(i);
+    nearest = std::min(nearest, (p - sensor).norm());
+    box.extend(p);
+  }
+  const bool can_be = box.isEmpty() || nearest < std::max(kNoSensor_m, box.sizes().norm());
+  return can_be ? 0 : nearest;
 }
 
 }  // namespace
@@ -283,7 +290,7 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
   // A graph or map is one query; its answer is that of its last pose.
   const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
   fixes_.push_back(pose::fixOf(fix, index));
-  sensor_off_m_ = query.sensor == Sensor::cloud ? distanceToPoints(query) : 0;
+  sensor_off_m_ = query.sensor == Sensor::cloud && fix.scale == 1 ? offFromSensor(query) : 0;
   found_.fixes.push_back(fixes_.back());
   for (std::size_t i = index + 1 - std::min(query.poses.size(), index + 1); i <= index; ++i)
     found_.is_found[i] = true;
@@ -322,8 +329,7 @@ void AnswerFiles::end(const Job& job) const {
                                                   jumps_, job));
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);
   if (initial_pose.empty()) return;
-  constexpr double kNoSensor_m = 10;
-  if (sensor_off_m_ > kNoSensor_m) {
+  if (sensor_off_m_ > 0) {
     job.narrate.note(fmt::format(
         "--initialpose: {} is a cloud whose points are {:.0f} m and more from the origin of its "
         "frame, so no sensor was there; --matrix has the pose of that frame",

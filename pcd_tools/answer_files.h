@@ -69,7 +69,7 @@ class AnswerFiles {
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;  ///< accepted answers
-  double sensor_off_m_ = 0;                 ///< from the sensor of the last one to its points
+  double sensor_off_m_ = 0;                 ///< of the last one, from its points; 0 = is known
   FoundFrames found_;                       ///< what the trajectory goes through
   std::vector<bool> was_found_;             ///< frames of accepted queries
   std::vector<std::size_t> jumps_;          ///< of the odometry: positions of the frames behind

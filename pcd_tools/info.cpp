@@ -408,14 +408,11 @@ class InfoCommand final : public Command {
 
   void declare(Flags& flags) override {
     input_.declareWithMap(flags);
-    verdict_.declare(flags);
     flags.add("--json", json_, "print one JSON object");
     flags.addOutput("-o,--out", out_, "write it to this file");
   }
 
-  ExitCode run(const Job& given) override {
-    Job job = given;
-    verdict_.applyTo(job);
+  ExitCode run(const Job& job) override {
     Sheet sheet(json_);
     if (job.operands.size() == 2)
       Meeting(input_, job).print(sheet);
@@ -491,7 +488,6 @@ class InfoCommand final : public Command {
   }
 
   InputFlags input_;
-  VerdictFlags verdict_;
   std::string out_;
   bool json_ = false;
 };

@@ -40,6 +40,7 @@ class InputFlags {
 class VerdictFlags {
  public:
   void declare(Flags& flags);
+  bool any() const { return risk_ != 0 || limits_.any(); }  ///< was given
   /// Throws UsageError.
   void applyTo(Job& job) const;
 

@@ -73,12 +73,14 @@ class LiftCommand final : public Command {
 
   /// Whether nothing is asked of one cloud but that it be moved, or be another LAS.
   bool isOnlyMoved(const Job& job, const io::InputOptions& input) const {
-    const bool stays_las =
-        endingOf(job.operands[0]) == ".las" && endingOf(job.operands[1]) == ".las";
+    const bool stays_las = endingOf(job.operands[0]) == ".las" &&
+                           endingOf(job.operands[1]) == ".las" &&
+                           job.options.lift.max_range_m == LiftOptions().max_range_m &&
+                           job.options.lift.min_range_m == LiftOptions().min_range_m;
     return (input.moved || stays_las) && tiles_m_ == 0 && voxel_m_ == 0 && input.labels.empty() &&
            input.label_field.empty() && input.instance_field.empty() && !input.frames.begin &&
            !input.frames.end && input.frames.step == 1 && io::isCloudFile(job.operands[0]) &&
-           std::filesystem::is_regular_file(job.operands[0]) &&
+           !std::filesystem::is_directory(job.operands[0]) &&
            io::recogniseInput(job.operands[0], input) == io::InputKind::cloud;
   }
 

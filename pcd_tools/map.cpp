@@ -71,6 +71,8 @@ class MapCommand final : public Command {
 
   ExitCode run(const Job& given) override {
     Job job = given;
+    if (!join_ && verdict_.any())
+      throw UsageError("--risk, --timeout and --max-memory are for --join");
     verdict_.applyTo(job);
     std::vector<std::string> inputs(job.operands.begin(), job.operands.end() - 1);
     const std::string& out = job.operands.back();
@@ -156,7 +158,7 @@ class MapCommand final : public Command {
     MapDraft draft = onto ? MapDraft(out, out) : MapDraft(out, map);
     std::vector<std::string> waiting(inputs.begin() + (onto ? 0 : 1), inputs.end());
     if (!onto) joined_.emplace_back(inputs.front(), Eigen::Isometry3d::Identity());
-    const std::size_t all = waiting.size();
+    const std::size_t all = waiting.size(), joined_before = joined_.size();
     std::vector<std::string> refusals;
     for (std::size_t before = all + 1; !waiting.empty() && waiting.size() < before;) {
       before = waiting.size();
@@ -164,7 +166,7 @@ class MapCommand final : public Command {
       std::vector<std::string> left;
       for (const std::string& path : waiting) {
         const std::string refusal = join(path, map, draft, job);
-        if (refusal.empty()) continue;
+        if (refusal.empty() || unreadable_.count(path)) continue;
         left.push_back(path);
         refusals.push_back(refusal);
       }
@@ -173,11 +175,11 @@ class MapCommand final : public Command {
     for (std::size_t i = 0; i < waiting.size(); ++i)
       fmt::print("{}: left out: {}\n", printable(waiting[i]), printable(refusals[i]));
     const ExitCode unread = unreadable_.empty() ? kDone : kFailed;
-    if (waiting.size() == all) return unread ? unread : kNoPose;
+    const std::size_t found = joined_.size() - joined_before;
+    if (found == 0) return unread ? unread : kNoPose;
     draft.commit();
     if (!matrices_.empty()) writeMatrices();
-    job.narrate.stage("join", watch.lap_ms(),
-                      fmt::format("{} of {} found", all - waiting.size(), all));
+    job.narrate.stage("join", watch.lap_ms(), fmt::format("{} of {} found", found, all));
     printMap(out, map);
     return unread;
   }
@@ -195,8 +197,9 @@ class MapCommand final : public Command {
                      job, refusal);
       if (!placed) return refusal;
       visit = additionOf(*placed, input, input_, map, job);
-    } catch (const Error& error) {  // one of many need not be readable
+    } catch (const std::runtime_error& error) {  // one of many need not be readable
       unreadable_.insert(path);
+      job.narrate.error(error.what());
       return error.what();
     }
     if (const auto objection = objectionTo(visit->place, map, "the map", job.options))

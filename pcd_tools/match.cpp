@@ -65,14 +65,12 @@ class MatchCommand final : public Command {
     checkOrder({job.operands[0], job.operands[1]}, input_);
     const map::SemanticMap map = readWholeMap(job.operands[1], input_, job);
     const Job sized = inMap(job, map);
+    const Budget budget(job.limits);
     const QueryInput input = readQuery(job.operands[0], input_, sized, map.labels);
     const Query& query = *input.whole;
     Stopwatch watch;
     const Localizer localizer(map::borrowed(map), sized.options, input.options.class_names);
-    const Localization fix = [&] {
-      const Budget budget(job.limits);
-      return localizer.localize(query);
-    }();
+    const Localization fix = localizer.localize(query);
     job.narrate.stage("match", watch.lap_ms(),
                       fmt::format("{}: {}", toString(fix.status), fix.reason));
 

@@ -40,8 +40,8 @@ std::vector<Eigen::Isometry3d> posesOf(const Recording& recording) {
   return poses;
 }
 
-/// The frames of a slice, none of which is read. Those of a file are listed again, as whoever takes
-/// the recording opens it by its path.
+/// The frames of a slice, none of which is read. Whoever opens the recording by its path is told
+/// which they are.
 Recording sliceOf(const Recording& recording, const py::slice& slice) {
   py::ssize_t begin = 0, end = 0, step = 0, count = 0;
   const auto size = static_cast<py::ssize_t>(recording.source->size());
@@ -58,14 +58,12 @@ Recording sliceOf(const Recording& recording, const py::slice& slice) {
     const io::FrameRange& of = recording.input.frames;
     part.input.frames = {of.begin + positions.front() * of.step,
                          of.begin + positions.back() * of.step + 1,
-                         of.step * static_cast<std::size_t>(step)};
-    part.source = released([&] { return io::openRecording(part.path, part.input); });
-  } else {
-    std::vector<Eigen::Isometry3d> poses;
-    for (const std::size_t at : positions) poses.push_back(recording.source->pose(at));
-    const auto release = [whole = recording.source](const FrameSource* source) { delete source; };
-    part.source = {new PosedRecording(*recording.source, positions, poses), release};
+                         count == 1 ? 1 : of.step * static_cast<std::size_t>(step)};
   }
+  std::vector<Eigen::Isometry3d> poses;
+  for (const std::size_t at : positions) poses.push_back(recording.source->pose(at));
+  const auto release = [whole = recording.source](const FrameSource* source) { delete source; };
+  part.source = {new PosedRecording(*recording.source, positions, poses), release};
   return part;
 }
 

@@ -68,20 +68,23 @@ class Source {
     ids_ = findIdColumns(points, {}, file);
     chosen_ = columns.all();
     setClasses(labels);
-    renameColours();
     for (const Element& element : layout_.elements) {
       if (element.name != points.name) left_out_.push_back(element.name);
     }
     for (std::size_t i = 0; i < points.columns.size(); ++i) {
       const Column& column = points.columns[i];
       if (std::find(chosen_.begin(), chosen_.end(), i) != chosen_.end()) continue;
-      const std::vector<std::string>& of_some = layout_.of_some_scans;
-      if (column.count != 1 || column.list_size ||
-          std::find(of_some.begin(), of_some.end(), column.name) != of_some.end())
+      const bool is_turned_normal = column.name.rfind("nor:", 0) == 0;  // as its setup stood
+      if (column.count != 1 || column.list_size || is_turned_normal || isOfSomeScans(column.name))
         left_out_.push_back(column.name);
       else
         chosen_.push_back(i);
     }
+    for (const std::string& name : layout_.of_some_scans) {
+      if (std::find(left_out_.begin(), left_out_.end(), name) == left_out_.end())
+        left_out_.push_back(name);
+    }
+    renameColours();
   }
 
   const FileLayout& layout() const { return layout_; }
@@ -138,6 +141,10 @@ class Source {
                    comments.end());
     for (std::string& line : linesOf(classComments(*labels, "")))
       comments.push_back(std::move(line));
+  }
+  bool isOfSomeScans(const std::string& name) const {
+    const std::vector<std::string>& some = layout_.of_some_scans;
+    return std::find(some.begin(), some.end(), name) != some.end();
   }
   /// Those of an E57 to what PLY calls them.
   void renameColours() {

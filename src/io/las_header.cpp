@@ -240,7 +240,7 @@ void requireLengths(const std::string& header, const Records& records, const Inp
 /// The last unit of lengths in a part of a WKT text: those of ellipsoids and parameters stand
 /// before that of the axes, and units of angles are none.
 double unitIn(const std::string& wkt, double otherwise) {
-  constexpr double kDegree_rad = M_PI / 180;
+  constexpr double kDegree_rad = M_PI / 180, kShortest_m = 1e-4, kLongest_m = 1e4;
   double found = otherwise;
   for (std::size_t at = wkt.find("UNIT["); at != std::string::npos;
        at = wkt.find("UNIT[", at + 1)) {
@@ -249,12 +249,14 @@ double unitIn(const std::string& wkt, double otherwise) {
         before.empty() || !std::isalpha(static_cast<unsigned char>(before.back()));
     const std::size_t name_end = wkt.find('"', wkt.find('"', at) + 1);
     if (name_end == std::string::npos || !(is_whole_word || before == "LENGTH")) continue;
-    const std::size_t number = wkt.find_first_not_of(", ", name_end + 1);
+    const std::size_t number = wkt.find_first_not_of(", \t\r\n", name_end + 1);
     if (number == std::string::npos) continue;
-    const std::size_t number_end = wkt.find_first_of(",] ", number);
+    const std::size_t number_end = wkt.find_first_of(",] \t\r\n", number);
     const auto metres =
         numberFrom<double>(std::string_view(wkt).substr(number, number_end - number));
-    if (metres && *metres > 0 && std::abs(*metres - kDegree_rad) > 1e-4) found = *metres;
+    if (metres && *metres > kShortest_m && *metres < kLongest_m &&
+        std::abs(*metres - kDegree_rad) > 1e-4)
+      found = *metres;
   }
   return found;
 }
@@ -263,7 +265,9 @@ double unitIn(const std::string& wkt, double otherwise) {
 void useUnits(const Records& records, FileLayout& layout) {
   double unit_m = records.unit_m, unit_of_z_m = records.unit_of_z_m;
   if (!records.wkt.empty()) {
-    const std::size_t vertical = records.wkt.find("VERT");
+    std::size_t vertical = std::string::npos;
+    for (const char* system : {"VERT_CS[", "VERTCS[", "VERTCRS[", "VERTICALCRS["})
+      vertical = std::min(vertical, records.wkt.find(system));
     unit_m = unitIn(records.wkt.substr(0, vertical), 1);
     unit_of_z_m =
         vertical == std::string::npos ? unit_m : unitIn(records.wkt.substr(vertical), unit_m);

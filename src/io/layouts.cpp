@@ -104,15 +104,20 @@ void moveFrames(const Eigen::Affine3d& moved, RecordingListing& listing) {
   const double scale = std::cbrt(moved.linear().determinant());
   for (ListedFrame& frame : listing.frames) {
     Eigen::Isometry3d& T = frame.T_odom_sensor;
-    frame.has_pose = listing.sensor != Sensor::cloud || T.matrix() != Eigen::Matrix4d::Identity();
-    if (!frame.has_pose) continue;
+    if (listing.sensor == Sensor::cloud && T.matrix() == Eigen::Matrix4d::Identity()) continue;
+    frame.T_before = T;
     T.linear() = moved.linear() / scale * T.linear();
     T.translation() = moved * T.translation();
   }
   listing.read = [moved, scale, read = std::move(listing.read)](const ListedFrame& listed,
                                                                 Frame& frame) {
-    read(listed, frame);
-    if (!listed.has_pose) return moveCloud(moved, frame.cloud);
+    if (!listed.T_before) {
+      read(listed, frame);
+      return moveCloud(moved, frame.cloud);
+    }
+    ListedFrame as_it_was = listed;
+    as_it_was.T_odom_sensor = frame.T_odom_sensor = *listed.T_before;
+    read(as_it_was, frame);
     if (std::abs(scale - 1) > kExact) scaleLengths(scale, frame);
     frame.T_odom_sensor = listed.T_odom_sensor;
   };

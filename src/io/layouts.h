@@ -21,7 +21,8 @@ struct ListedFrame {
   std::string measurement;  ///< path of the depth image or cloud
   std::string label;        ///< path of the label file, if the measurement does not hold them
   std::string instance;     ///< path of the instance image; empty = none
-  bool has_pose = true;     ///< else it is a cloud whose points are moved themselves
+  /// Of a frame that is moved: its pose before, which its reader knows.
+  std::optional<Eigen::Isometry3d> T_before = std::nullopt;
 };
 
 /// All that one layout has to say about a recording. The reader fills the images or the cloud of

@@ -182,6 +182,7 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
   setVerdict(judged(evidence), answer);
   if (answer.accepted() && !expected && !evidence.storeys && !found.places.empty()) {
     Stopwatch watch;
+    askBudget("other heights");
     const OtherHeight other =
         bestOtherHeight(*query, map, answer.hypotheses[0].T_map_query * registered.turn);
     answer.timing_ms.emplace_back("heights", watch.lap_ms());
@@ -463,14 +464,16 @@ void Localizer::askFeatures(const Query& query, const PlaceIndex& index,
   lap("standing");
   if (!other.statistics.feature_margin || other.status == Status::rejected) return;
   const auto mirrored = index.feature_index.propose(*in_map, true);
+  lap("mirror");
   const bool is_mirrored = !mirrored.empty() && mirrored[0].share > poses[0].share;
-  if (!is_mirrored && !other.accepted()) return;
+  const bool is_at_a_height =
+      !other.statistics.storeys && other.statistics.other_storey.has_value();
+  if (!is_mirrored && !other.accepted() && !is_at_a_height) return;
   if (is_mirrored)
     verdict::refuse(ReasonCode::contradicted,
                     "the mirror image of the query fits the map more closely than the query: its "
                     "frame may be left-handed",
                     other);
-  lap("mirror");
   // They are pairs of vertices of a graph that the caller does not have.
   other.kept.clear();
   other.putative.clear();

@@ -116,7 +116,7 @@ OtherHeight bestOtherHeight(const Query& query, const map::SemanticMap& map,
   double lowest = box.min().z(), highest = box.max().z();
   map::forPoints(map, isNear, [&](const LabelledCloud& points) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d p = points.position(i);
+      const Eigen::Vector3d p = origin + points.points[i].getVector3fMap().cast<double>();
       if ((p.head<2>().array() < box.min().head<2>().array()).any() ||
           (p.head<2>().array() > box.max().head<2>().array()).any() ||
           std::abs(p.z() - middle.z()) > kReach_m)

@@ -331,6 +331,15 @@ TEST_F(Bags, CloudsInTheFrameOfTheOdometryAreTakenBackToTheSensor) {
   const Frame frame = source->read(2);
   EXPECT_TRUE(frame.T_odom_sensor.isApprox(bodyAt(102), 1e-9));
   EXPECT_LT((frame.cloud.position(9) - pointsOf(2)[9].head<3>().cast<double>()).norm(), 1e-5);
+  InputOptions moved;
+  moved.moved = Eigen::Affine3d(Eigen::Translation3d(100, 20, 3));
+  const Frame there = openRecording(folder_ / "a.bag", moved)->read(2);
+  EXPECT_LT((there.T_odom_sensor.translation() - bodyAt(102).translation() -
+             Eigen::Vector3d(100, 20, 3))
+                .norm(),
+            1e-9);
+  EXPECT_LT((there.cloud.position(9) - frame.cloud.position(9)).norm(), 1e-5)
+      << "in the frame of the sensor";
 }
 
 TEST_F(Bags, LivoxCloudsAreRead) {

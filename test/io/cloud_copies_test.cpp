@@ -113,6 +113,30 @@ TEST_F(CloudCopies, OfAnE57HaveTheFieldsOfAllItsScans) {
   }
 }
 
+TEST_F(CloudCopies, OfAnE57HaveRoomForTheNumbersOfAllItsScans) {
+  test::E57Points scan;
+  scan.columns = {test::e57Real("cartesianX", 64), test::e57Real("cartesianY", 64),
+                  test::e57Real("cartesianZ", 64), test::e57Whole("intensity", 0, 255),
+                  test::e57Whole("colorRed", 0, 255)};
+  scan.rows = {{1, 2, 3, 255, 7}};
+  test::E57Points other = scan;
+  other.columns.pop_back();
+  other.columns.back() = test::e57Whole("intensity", -5, 60000);
+  other.columns.push_back(test::e57Real("nor:normalX", 32));
+  other.rows = {{4, 5, 6, 59000, 1}};
+  const std::string e57 = folder_ / "b.e57";
+  test::writeText(e57, test::e57Paged(test::e57Content({scan, other})));
+  const std::vector<std::string> notes = copyCloud(e57, folder_ / "b.ply", moved_);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("colorRed"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[0].find("nor:normalX"), std::string::npos) << notes[0];
+  const auto rows = rowsOf(folder_ / "b.ply");
+  ASSERT_EQ(rows.size(), 2u);
+  ASSERT_EQ(rows[0].size(), 4u);
+  EXPECT_EQ(rows[0][3], 255);
+  EXPECT_EQ(rows[1][3], 59000);
+}
+
 TEST_F(CloudCopies, InLasHaveClassIntensityTimeAndColour) {
   moved_.translation() << 4.0e5, 5.3e6, 100;
   const std::string las = folder_ / "b.las";

@@ -207,6 +207,9 @@ TEST_F(LasFiles, LengthsAreThoseThatTheFileStates) {
            {as(text, "COMPD_CS[\"a\"," + in_feet + ",VERT_CS[\"b\",UNIT[\"metre\",1]]]"),
             kSurveyFoot_m, 1},
            {as(text, of_2019), kSurveyFoot_m, kSurveyFoot_m},
+           {as(text, "COMPD_CS[\"VERTICAL x\"," + in_feet + "]"), kSurveyFoot_m, kSurveyFoot_m},
+           {as(text, "PROJCS[\"x\",UNIT[\"foot\",\r\n  0.3048\r\n]]"), 0.3048, 0.3048},
+           {as(text, "PROJCS[\"x\",UNIT[\"y\",inf],UNIT[\"z\",1e300]]"), 1, 1},
            {as(text, "PROJCS[\"UNIT[\"ANGLEUNIT[\"a\",7]UNIT[\"\"]UNIT[\"x\",-3]UNIT["), 1, 1}}) {
     LasFile file = metres;
     file.records = c.record;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "map/contents.h"
+
 namespace xview {
 namespace {
 
@@ -49,6 +51,19 @@ TEST(OtherHeight, IsThatOfAnEqualFloor) {
   const OtherHeight below = bestOtherHeight(two.query, two.map, kSecondFloor);
   EXPECT_NEAR(below.above, -kFloorToFloor_m, 0.4);
   EXPECT_GT(below.fit, 0.8);
+}
+
+/// Check fix for: points of a map file were looked at beside where they are.
+TEST(OtherHeight, IsThatOfPackedPointsFarFromTheOrigin) {
+  Meeting two = meetingOfFloors(2);
+  const Eigen::Vector3d origin(4e5, 5e6, 300);
+  two.map.cloud.origin = origin;
+  map::packPoints(two.map);
+  ASSERT_TRUE(two.map.cloud.empty());
+  const Eigen::Isometry3d T(Eigen::Translation3d{origin});
+  const OtherHeight above = bestOtherHeight(two.query, two.map, T);
+  EXPECT_NEAR(above.above, kFloorToFloor_m, 0.4);
+  EXPECT_GT(above.fit, 0.8);
 }
 
 TEST(OtherHeight, OfAnotherFloorFitsLess) {

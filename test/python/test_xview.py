@@ -237,6 +237,24 @@ class Arrays(unittest.TestCase):
         town.append(moved, force=True)
         self.assertEqual(town.sources, ["points", "points 2"])
 
+    def test_frames_of_a_recording_are_recordings(self):
+        with tempfile.TemporaryDirectory() as folder:
+            drive = xview.simulate(route_length_m=30)["forward"]
+            drive.save(folder + "/drive")
+            for whole in (drive, xview.read(folder + "/drive", frames="1:8")):
+                part = whole[1:6:2]
+                self.assertEqual(len(part), 3)
+                np.testing.assert_array_equal(part.poses, whole.poses[1:6:2])
+                np.testing.assert_array_equal(part.depth(2), whole.depth(5))
+                self.assertEqual([len(frame) for frame in part], [1, 1, 1])
+                np.testing.assert_array_equal(whole[-1].poses[0], whole.poses[-1])
+                np.testing.assert_array_equal(part.cloud()[0], whole[1:6:2].cloud()[0])
+                with self.assertRaises(IndexError):
+                    whole[len(whole)]
+                with self.assertRaises(xview.UsageError):
+                    whole[::-1]
+            np.testing.assert_array_equal(drive[2:4].truth, drive.truth[2:4])
+
     def test_what_is_appended_is_on_record_in_the_file(self):
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "town.xvm")

@@ -196,14 +196,15 @@ bool isCoordinate(const std::string& name) {
 }
 
 /// Its type has room for all that the field holds; scaled whole numbers are real.
-Column columnOf(const E57Field& field) {
-  const auto type = [&] {
-    if (field.is_real && field.bits == 32) return ScalarType::f32;
-    if (field.is_real || field.scale != 1 || field.offset != 0) return ScalarType::f64;
-    if (field.minimum != 0 || field.bits > 32) return ScalarType::i64;
-    return field.bits <= 8 ? ScalarType::u8 : field.bits <= 16 ? ScalarType::u16 : ScalarType::u32;
-  };
-  return {field.name, type(), 1, {}};
+ScalarType typeOf(const E57Field& field) {
+  constexpr std::int64_t kLowest = -(std::int64_t{1} << 30);
+  if (field.is_real && field.bits == 32) return ScalarType::f32;
+  if (field.is_real || field.scale != 1 || field.offset != 0) return ScalarType::f64;
+  if (field.minimum == 0 && field.bits <= 8) return ScalarType::u8;
+  if (field.minimum == 0 && field.bits <= 16) return ScalarType::u16;
+  if (field.minimum == 0 && field.bits <= 32) return ScalarType::u32;
+  const bool is_short = field.minimum >= kLowest && field.minimum <= -kLowest && field.bits <= 30;
+  return is_short ? ScalarType::i32 : ScalarType::i64;
 }
 
 }  // namespace
@@ -223,10 +224,23 @@ FileLayout readE57Header(InputFile& file) {
   for (const char* axis : {"x", "y", "z"}) points.columns.push_back({axis, ScalarType::f64, 1, {}});
   for (const E57Field& field : document.scans[0].fields) {
     if (isCoordinate(field.name)) continue;
-    points.columns.push_back(columnOf(field));
-    const auto hasIt = [&](const E57Scan& scan) { return findField(scan, field.name).has_value(); };
-    if (!std::all_of(document.scans.begin(), document.scans.end(), hasIt))
-      layout.of_some_scans.push_back(field.name);
+    points.columns.push_back({field.name, typeOf(field), 1, {}});
+    Column& column = points.columns.back();
+    bool is_of_all = true;
+    for (const E57Scan& scan : document.scans) {
+      const Slot there = findField(scan, field.name);
+      is_of_all &= there.has_value();
+      if (there && typeOf(scan.fields[*there]) != column.type) column.type = ScalarType::f64;
+    }
+    if (!is_of_all) layout.of_some_scans.push_back(field.name);
+  }
+  for (const E57Scan& scan : document.scans) {
+    for (const E57Field& field : scan.fields) {
+      std::vector<std::string>& some = layout.of_some_scans;
+      if (!isCoordinate(field.name) && !findField(document.scans[0], field.name) &&
+          std::find(some.begin(), some.end(), field.name) == some.end())
+        some.push_back(field.name);
+    }
   }
   for (const E57Scan& scan : document.scans) {
     Coordinates(scan, file);
