@@ -327,7 +327,8 @@ TEST_F(TinyTown, JoinsWhatCanBeReadAndItsExitCodeRemembersTheRest) {
   const std::string broken = file("broken_setup.pcd"), joined = file("with_broken.xvm");
   writeText(broken,
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 3\nDATA ascii\n1 2\n");
-  const Outcome run = runXview({"map", "-q", "--join", town("forward"), broken, town("rear"), joined});
+  const Outcome run =
+      runXview({"map", "-q", "--join", town("forward"), broken, town("rear"), joined});
   EXPECT_EQ(run.code, 1) << run.err;
   EXPECT_NE(run.err.find("error: " + broken + ":"), std::string::npos) << run.err;
   EXPECT_EQ(map::openMap(joined).sources,
