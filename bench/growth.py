@@ -251,8 +251,8 @@ def main():
     programs = [given.program, *given.before]
     of_things = measure_things(programs, [int(n) for n in given.things.split(",")], folder)
     costs, finds = measure(programs, [int(k) for k in given.km.split(",")], folder)
-    rows = [row for row in of_things if not row[0].endswith("before")]
-    (ROOT / "docs/results/growth.md").write_text(wrapped(page(costs, finds, rows)))
+    if not given.before:
+        (ROOT / "docs/results/growth.md").write_text(wrapped(page(costs, finds, of_things)))
 
 
 if __name__ == "__main__":
