@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -15,6 +16,12 @@ namespace xview {
 class StoredCloud {
  public:
   static constexpr int kColumn_m = 64;
+
+  /// The square of a column of a cloud with this origin.
+  static Eigen::AlignedBox2d squareOf(const PlaneCell& column, const Eigen::Vector3d& origin) {
+    const Eigen::Vector2d low = origin.head<2>() + kColumn_m * Eigen::Vector2d(column.x, column.y);
+    return {low, low + Eigen::Vector2d::Constant(kColumn_m)};
+  }
 
   virtual ~StoredCloud() = default;
   virtual std::size_t size() const = 0;  ///< points

@@ -254,10 +254,7 @@ class SelfSearch {
     }
     if (ask_second_best_) cutKnown(*view, isSeen, around);
     const auto mayBeSeen = [&](const PlaneCell& column) {
-      constexpr double kSide_m = StoredCloud::kColumn_m;
-      const Eigen::Vector2d low =
-          map_.cloud.origin.head<2>() + kSide_m * Eigen::Vector2d(column.x, column.y);
-      return box.intersects(Eigen::AlignedBox2d(low, low + Eigen::Vector2d::Constant(kSide_m)));
+      return box.intersects(StoredCloud::squareOf(column, map_.cloud.origin));
     };
     if (distributions_) cutCloud(first, last, isSeen, mayBeSeen, noisy, random, around);
     return true;

@@ -106,21 +106,15 @@ OtherHeight bestOtherHeight(const Query& query, const map::SemanticMap& map,
   if (box.isEmpty()) return {};
 
   const Eigen::Vector3d& origin = map.cloud.origin;
+  const Eigen::AlignedBox2d below(box.min().head<2>(), box.max().head<2>());
   const auto isNear = [&](const PlaneCell& column) {
-    const Eigen::Vector2d low =
-        origin.head<2>() + StoredCloud::kColumn_m * Eigen::Vector2d(column.x, column.y);
-    const Eigen::Vector2d high = low.array() + StoredCloud::kColumn_m;
-    return (low.array() <= box.max().head<2>().array()).all() &&
-           (high.array() >= box.min().head<2>().array()).all();
+    return below.intersects(StoredCloud::squareOf(column, origin));
   };
   double lowest = box.min().z(), highest = box.max().z();
   map::forPoints(map, isNear, [&](const LabelledCloud& points) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d p = origin + points.points[i].getVector3fMap().cast<double>();
-      if ((p.head<2>().array() < box.min().head<2>().array()).any() ||
-          (p.head<2>().array() > box.max().head<2>().array()).any() ||
-          std::abs(p.z() - middle.z()) > kReach_m)
-        continue;
+    for (const Point& point : points.points) {
+      const Eigen::Vector3d p = origin + point.getVector3fMap().cast<double>();
+      if (!below.contains(p.head<2>()) || std::abs(p.z() - middle.z()) > kReach_m) continue;
       lowest = std::min(lowest, p.z());
       highest = std::max(highest, p.z());
       of_map.add(p);
