@@ -28,12 +28,8 @@ bool isTurn(const Eigen::Quaterniond& R) {
   return R.angularDistance(Eigen::Quaterniond::Identity()) > 0;
 }
 
-/// Nothing of a query is packed; see map::unpack.
-void unpack(Place&) {}
-
 template <class PlaceOrMap>
 PlaceOrMap turned(PlaceOrMap place, const Eigen::Quaterniond& R) {
-  unpack(place);
   for (Vertex& v : place.graph.vertices) v.position = R * v.position;
   const Eigen::Matrix3f R_float = R.toRotationMatrix().cast<float>();
   for (Point& p : place.cloud.points) p.getVector3fMap() = R_float * p.getVector3fMap();
@@ -116,7 +112,7 @@ Options optionsOfSearch(const Options& given, double size, const LabelSet& map_l
 
 std::optional<map::SemanticMap> gravityAlignedMap(const map::SemanticMap& map,
                                                   const Eigen::Quaterniond& R_up) {
-  return isTurn(R_up) ? std::optional(turned(map, R_up)) : std::nullopt;
+  return isTurn(R_up) ? std::optional(turned(map::unpacked(map), R_up)) : std::nullopt;
 }
 
 Query turnedQuery(const Query& query, const Eigen::Quaterniond& R_up) {

@@ -233,6 +233,12 @@ TEST(Localizer, FramesOfAFirstCameraAreTurnedUpright) {
   const Localization in_tilted = Localizer(tilted, {}).localize(query);
   EXPECT_EQ(in_tilted.status, Status::accepted) << in_tilted.reason;
   EXPECT_LT((in_tilted.T_map_sensor.translation() - T_optical * truth.translation()).norm(), 0.5);
+
+  const test::TemporaryFolder folder;
+  map::saveMap(folder / "tilted.xvm", tilted);
+  const Localization in_file = Localizer(map::openMap(folder / "tilted.xvm")).localize(query);
+  EXPECT_EQ(in_file.status, Status::accepted) << in_file.reason;
+  EXPECT_LT((in_file.T_map_sensor.translation() - T_optical * truth.translation()).norm(), 0.5);
 }
 
 TEST(Localizer, AQueryReadFrameByFrameIsThatOfAllItsDigests) {
