@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "base/median.h"
 #include "xview/base/budget.h"
 
 namespace xview::pose {
@@ -313,23 +314,46 @@ Registration::Start Registration::multiStart(const std::vector<QueryPoint>& poin
 /// Floors and tables lie on their like or not wherever the walls are.
 double Registration::riseToFit(const std::vector<QueryPoint>& points) const {
   constexpr std::size_t kPoints = 400;
-  constexpr double kStep_m = 0.2, kSigma_m = 1;
-  constexpr int kSteps = 15;
   const std::vector<QueryPoint> few = evenlySpread(points, kPoints);
   const double weight =
       point_weight_ * static_cast<double>(points.size()) / static_cast<double>(few.size());
+  const double rise_m = bestRise(few, weight);
+  std::vector<QueryPoint> ground;
+  for (const QueryPoint& q : few) {
+    if (isGround(kindOfGroup(q.group))) ground.push_back(q);
+  }
+  // Walls may fit best where both were measured densely. Their ground is on another level then.
+  constexpr std::size_t kFewestOnGround = 5;
+  const auto onGround = [&](double at_m) {
+    std::size_t count = 0;
+    forPartners(ground, risen(at_m), lastScope(), [&](const auto&, const auto&) { ++count; });
+    return count;
+  };
+  const double by_ground_m = bestRise(ground, weight);
+  const std::size_t most = onGround(by_ground_m);
+  return most >= kFewestOnGround && 2 * onGround(rise_m) < most ? by_ground_m : rise_m;
+}
+
+/// Of some points, each of which counts `weight`.
+double Registration::bestRise(const std::vector<QueryPoint>& points, double weight) const {
+  constexpr double kStep_m = 0.2, kSigma_m = 1;
+  constexpr int kSteps = 15;
   double best_m = 0, least = INFINITY;
   for (int k = -kSteps; k <= kSteps; ++k) {
     const double rise_m = k * kStep_m;
-    Estimate risen = start();
-    risen.T_map_query.translation().z() += rise_m;
-    const double cost =
-        weight * evidenceAt(risen, few, lastScope()).cost + std::pow(rise_m / kSigma_m, 2);
+    const double cost = weight * evidenceAt(risen(rise_m), points, lastScope()).cost +
+                        std::pow(rise_m / kSigma_m, 2);
     if (cost >= least) continue;
     least = cost;
     best_m = rise_m;
   }
   return best_m;
+}
+
+Estimate Registration::risen(double rise_m) const {
+  Estimate at = start();
+  at.T_map_query.translation().z() += rise_m;
+  return at;
 }
 
 /// Points of one block err together: how far the pulls of blocks spread, against what points that

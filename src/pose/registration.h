@@ -22,15 +22,6 @@ struct QueryPoint {
   std::size_t pose = 0;                            ///< that it was seen from
 };
 
-/// `count` of all, evenly spread over their order.
-template <class T>
-std::vector<T> evenlySpread(const std::vector<T>& all, std::size_t count) {
-  count = std::min(all.size(), count);
-  std::vector<T> chosen;
-  for (std::size_t k = 0; k < count; ++k) chosen.push_back(all[k * all.size() / count]);
-  return chosen;
-}
-
 /// Points of static classes, about `max_points` at most, in the order of the cloud: fewer of ground
 /// and more of posts than the share that they have of it.
 std::vector<QueryPoint> choosePoints(const RefineQuery& query, const LabelSet& labels,
@@ -155,6 +146,8 @@ class Registration {
                    const Scope& scope, Partner& partner) const;
   void addPriors(const Estimate& at, NormalEquations& n) const;
   double riseToFit(const std::vector<QueryPoint>& points) const;
+  double bestRise(const std::vector<QueryPoint>& points, double weight) const;
+  Estimate risen(double rise_m) const;  ///< the given pose
   double measuredWeight(const std::vector<QueryPoint>& points, const Estimate& at) const;
   Estimate moved(const Estimate& at, const Eigen::VectorXd& step) const;
 

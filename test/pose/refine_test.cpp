@@ -253,6 +253,27 @@ TEST(Refine, RisesToTheRightHeightBeforeItIsAskedHowFarThePoseMoves) {
   }
 }
 
+/// From above walls are seen higher up than from a street, which lies on its ground nevertheless.
+TEST(Refine, StaysOnItsGroundWhereTheMapHasMoreOfTheUpperPartsOfWalls) {
+  const auto addWalls = [](double low, double high, int count, Street& street) {
+    for (const double y : {6.1, -6.3}) street.box({-20, y, low}, {20, y, high}, kBuilding, count);
+    for (const double x : {-13.2, -4.1, 7.3, 15.4})
+      street.box({x, 6.1, low}, {x, 9.2, high}, kBuilding, count / 8);
+  };
+  Street above(1), below(2);
+  above.ground(20000);
+  addWalls(0, 2.6, 800, above);
+  addWalls(2.6, 8, 20000, above);
+  below.ground(1000);
+  addWalls(0.2, 4, 3000, below);
+  const DistributionMap map = distributions(above.cloud());
+  for (const double up_m : {-0.3, 0.0, 0.3}) {
+    const Refinement found = refineAt(map, below.cloud(), nudge(0.2, 0.1, up_m, 0), {0, 0, 1.5});
+    ASSERT_TRUE(found.converged) << up_m;
+    EXPECT_LT(found.T_map_query.translation().norm(), 0.1) << up_m;
+  }
+}
+
 TEST(Refine, TrustsGravityAsMuchAsItIsTold) {
   const DistributionMap map = distributions(mapCloud());
   Street street(2);
