@@ -214,6 +214,15 @@ Answer answerFrom(const std::string& line) {
   answer.fix.status = statusFrom(json.at("status").get<std::string>());
   answer.fix.confidence = json.at("confidence").get<double>();
   answer.fix.reason = json.value("reason", "");
+  answer.fix.reason_code =
+      enumeratorNamed(json.value("reason_code", ""), ReasonCode::not_comparable)
+          .value_or(answer.fix.reason_code);
+  answer.budget_exhausted = json.value("budget_exhausted", "");
+  answer.size = json.value("size", "");
+  answer.fix.inliers = wholeNumber(json, "inliers", answer.fix.inliers);
+  answer.fix.vertices = wholeNumber(json, "vertices", answer.fix.vertices);
+  if (const auto w = json.find("witnesses"); w != json.end())
+    answer.fix.witnesses = {w->at("place"), w->at("correspondences"), w->at("dense")};
   answer.fix.scale = json.value("scale", 1.0);
   if (!(answer.fix.scale > 0)) throw std::invalid_argument("scale is not positive");
   const auto pose = json.find("pose");
@@ -324,6 +333,16 @@ std::string toJson(const Answer& answer) {
   return toText(json);
 }
 
+Answer answerIn(const std::string& line, const std::string& where) {
+  try {
+    return answerFrom(line);
+  } catch (const std::exception& e) {
+    std::string problem = e.what();  // "[json.exception.parse_error.101] ..."
+    if (problem[0] == '[') problem.erase(0, problem.find(' ') + 1);
+    throw Error(where, "expected an answer of xview localize --json; " + problem);
+  }
+}
+
 std::vector<Answer> readAnswers(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw Error(path, "cannot be opened");
@@ -331,15 +350,8 @@ std::vector<Answer> readAnswers(const std::string& path) {
   std::string line;
   for (std::size_t number = 1; std::getline(file, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    try {
-      if (Answer answer = answerFrom(line); answer.error.empty())
-        answers.push_back(std::move(answer));
-    } catch (const std::exception& e) {
-      std::string problem = e.what();  // "[json.exception.parse_error.101] ..."
-      if (problem[0] == '[') problem.erase(0, problem.find(' ') + 1);
-      throw Error(fmt::format("{}:{}", path, number),
-                  "expected an answer of xview localize --json; " + problem);
-    }
+    if (Answer answer = answerIn(line, fmt::format("{}:{}", path, number)); answer.error.empty())
+      answers.push_back(std::move(answer));
   }
   if (file.bad()) throw Error(path, "cannot be read");
   if (answers.empty()) throw Error(path, "no answers");

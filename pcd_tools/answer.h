@@ -47,10 +47,12 @@ Eigen::Matrix4d inLengthsOfQuery(const Eigen::Isometry3d& T_map_query, double sc
 /// could not be read, whose status is "error".
 std::string toJson(const Answer& answer);
 
-/// Reads what `xview localize --json` printed, or any file with the same keys; of the fix only
-/// status, reason, confidence, statistics, the poses and the times. Keys that only xview writes may
-/// be missing (Answer::frames is then 0). Queries that could not be read are left out. Throws Error
-/// with path:line.
+/// Reads a line that `xview localize --json` printed, or one with the same keys; of the fix only
+/// status, reason, confidence, statistics, the poses, the counts and the times. Throws Error, which
+/// names `where`.
+Answer answerIn(const std::string& line, const std::string& where);
+/// Reads all lines of a file of answers. Keys that only xview writes may be missing (Answer::frames
+/// is then 0). Queries that could not be read are left out. Throws Error with path:line.
 std::vector<Answer> readAnswers(const std::string& path);
 
 /// What all answers share that are sought in a map. `path`: the MAP as given.

@@ -13,6 +13,8 @@ namespace xview::python {
 struct Fix {
   std::shared_ptr<const tools::Answer> answer;
   std::vector<std::string> notes;
+  std::string json = {};  ///< of a Fix that was read: the line it was read from
+  std::string toJson() const { return json.empty() ? tools::toJson(*answer) : json; }
 };
 
 }  // namespace xview::python

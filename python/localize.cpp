@@ -183,6 +183,12 @@ py::object ifFound(const Fix& fix, Make&& make) {
   return make(fix.answer->fix);
 }
 
+Fix fixFrom(const std::string& line, std::vector<std::string> notes) {
+  tools::Answer answer = tools::answerIn(line, "a Fix");
+  if (!answer.error.empty()) throw Error("a Fix", "the query could not be read: " + answer.error);
+  return {std::make_shared<const tools::Answer>(std::move(answer)), std::move(notes), line};
+}
+
 void bindFix(py::module_& module) {
   py::class_<Fix>(
       module, "Fix",
@@ -296,14 +302,22 @@ void bindFix(py::module_& module) {
           "notes", [](const Fix& f) { return f.notes; },
           "What was guessed or left out. The logger 'xview' has it, too, at level INFO.")
       .def(
-          "to_json", [](const Fix& f) { return tools::toJson(*f.answer); },
+          "to_json", [](const Fix& f) { return f.toJson(); },
           "The line that `xview localize --json` prints.")
       .def(
           "to_dict",
-          [](const Fix& f) {
-            return py::module_::import("json").attr("loads")(tools::toJson(*f.answer));
-          },
-          "The same as a dict.");
+          [](const Fix& f) { return py::module_::import("json").attr("loads")(f.toJson()); },
+          "The same as a dict.")
+      .def_static(
+          "from_json", [](const std::string& line) { return fixFrom(line, {}); }, py::arg("line"),
+          "A Fix from a line of `xview localize --json` or of to_json(), which it gives back. It "
+          "has no correspondences and no trajectory. Raises Error. A Fix can be pickled: it is "
+          "this line, and its notes.")
+      .def(py::pickle([](const Fix& f) { return py::make_tuple(f.toJson(), f.notes); },
+                      [](const py::tuple& state) {
+                        return fixFrom(state[0].cast<std::string>(),
+                                       state[1].cast<std::vector<std::string>>());
+                      }));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import pickle
 import re
 import resource
 import signal
@@ -74,6 +75,15 @@ class SameBytes(unittest.TestCase):
         fix = xview.Localizer(xview.load_map(town)).localize(xview.read(query, frames=frames))
         self.assertEqual(without_times(fix.to_json()), without_times(expected))
         self.assertEqual(fix.to_dict(), json.loads(fix.to_json()))
+        for read in (xview.Fix.from_json(fix.to_json()), pickle.loads(pickle.dumps(fix))):
+            self.assertEqual(read.to_json(), fix.to_json())
+            for name in ("status", "reason", "reason_code", "confidence", "inliers", "vertices", "witnesses"):
+                self.assertEqual(getattr(read, name), getattr(fix, name), name)
+            np.testing.assert_allclose(read.T_map_sensor, fix.T_map_sensor, atol=1e-9)
+            np.testing.assert_array_equal(read.covariance, fix.covariance)
+        self.assertEqual(pickle.loads(pickle.dumps(fix)).notes, fix.notes)
+        with self.assertRaises(xview.Error):
+            xview.Fix.from_json("{}")
         return fix
 
     def test_recordings_of_other_makes(self):
