@@ -267,6 +267,8 @@ class CellIndex {
     return number - 1;
   }
 
+  bool contains(const PlaneCell& cell) const { return numbers_(cell) > 0; }
+
   const std::vector<PlaneCell>& cells() const { return cells_; }
   std::size_t size() const { return cells_.size(); }
 

@@ -35,4 +35,13 @@ T medianOf(std::vector<T> values) {
   return quantileOf(values, 0.5);
 }
 
+/// `count` of a list or cloud, evenly spread over its order.
+template <class Things>
+Things evenlySpread(const Things& all, std::size_t count) {
+  count = std::min<std::size_t>(all.size(), count);
+  Things chosen;
+  for (std::size_t k = 0; k < count; ++k) chosen.push_back(all[k * all.size() / count]);
+  return chosen;
+}
+
 }  // namespace xview

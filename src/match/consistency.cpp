@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/median.h"
 #include "base/pose.h"
 
 namespace xview::match {
@@ -313,7 +314,7 @@ bool isOnePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eig
 
 std::vector<ConsistentPose> consistentPoses(const std::vector<PointMatch>& given,
                                             double tolerance_m, std::size_t most) {
-  const std::vector<PointMatch> matches = evenShare(given, kMostCorrespondences);
+  const std::vector<PointMatch> matches = evenlySpread(given, kMostCorrespondences);
   if (matches.size() < kFewestSupporters) return {};
   const Seeds seeds(matches, tolerance_m);
   std::vector<ConsistentPose> poses;

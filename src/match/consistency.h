@@ -31,15 +31,6 @@ struct PointMatch {
   Eigen::Vector3d query, map, query_normal, map_normal;
 };
 
-/// An even share of a list or cloud.
-template <class Points>
-Points evenShare(const Points& all, std::size_t most) {
-  Points share;
-  const std::size_t count = std::min(most, all.size());
-  for (std::size_t k = 0; k < count; ++k) share.push_back(all[k * all.size() / count]);
-  return share;
-}
-
 /// A pose that some matches agree about.
 struct ConsistentPose {
   Eigen::Isometry3d T_map_query = Eigen::Isometry3d::Identity();

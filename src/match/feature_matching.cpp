@@ -10,6 +10,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/median.h"
 #include "base/parallel.h"
 #include "match/consistency.h"
 #include "match/point_features.h"
@@ -220,7 +221,7 @@ std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureC
   }
   askBudget("local features");
   const double voxel = map.voxel();
-  const NormalCloud share = evenShare(*q.points, kIcpPoints);
+  const NormalCloud share = evenlySpread(*q.points, kIcpPoints);
   std::vector<FeaturePose> poses;
   for (const ConsistentPose& p : consistentPoses(matches, kLengthTolerance * voxel, kProposed))
     poses.push_back({p.T_map_query, 0});

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "base/median.h"
 #include "registration.h"
 
 namespace xview::pose {

@@ -49,25 +49,16 @@ PlaneCell tileOf(const BevSample& s, double cell_m) {
   return {floorToInt(s.x / cell_m) >> kBits, floorToInt(s.y / cell_m) >> kBits};
 }
 
-/// Tiles of a plane.
-class TileSet {
- public:
-  void add(const PlaneCell& tile) { set_.findOrAdd(tile.x, tile.y); }
-  bool has(const PlaneCell& tile) const { return set_.find(tile.x, tile.y) >= 0; }
-  /// Those up to `reach` tiles away, too.
-  TileSet grown(int reach) const {
-    TileSet result;
-    for (const PlaneCell& cell : set_.cells()) {
-      for (int dy = -reach; dy <= reach; ++dy) {
-        for (int dx = -reach; dx <= reach; ++dx) result.add({cell.x + dx, cell.y + dy});
-      }
+/// Tiles, and those up to `reach` tiles away.
+CellIndex grown(const CellIndex& tiles, int reach) {
+  CellIndex result;
+  for (const PlaneCell& cell : tiles.cells()) {
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) result.findOrAdd(cell.x + dx, cell.y + dy);
     }
-    return result;
   }
-
- private:
-  CellIndex set_;
-};
+  return result;
+}
 
 }  // namespace
 
@@ -111,12 +102,12 @@ std::shared_ptr<const MapOverview> grownOverview(const MapOverview& before, cons
   const int reach = reachOfTiles(map.cell_m);
   const float shift_x = static_cast<float>(addition.origin_x - map.origin_x),
               shift_y = static_cast<float>(addition.origin_y - map.origin_y);
-  TileSet added;
+  CellIndex added;
   const auto add = [&](double x, double y) {  // whatever is rounded lies in one of these
     for (const double dx : {-map.cell_m, map.cell_m}) {
       for (const double dy : {-map.cell_m, map.cell_m})
-        added.add(
-            {floorToInt((x + shift_x + dx) / tile_m), floorToInt((y + shift_y + dy) / tile_m)});
+        added.findOrAdd(floorToInt((x + shift_x + dx) / tile_m),
+                        floorToInt((y + shift_y + dy) / tile_m));
     }
   };
   for (const GroundCell& cell : addition.known)
@@ -124,25 +115,26 @@ std::shared_ptr<const MapOverview> grownOverview(const MapOverview& before, cons
   for (const auto& samples : addition.samples) {
     for (const BevSample& s : samples) add(double{s.x}, double{s.y});
   }
-  const TileSet changed = added.grown(reach), needed = changed.grown(reach);
+  const CellIndex changed = grown(added, reach), needed = grown(changed, reach);
 
   BevGrid part;
   part.cell_m = map.cell_m;
   for (const GroundCell& cell : map.known) {
-    if (needed.has(tileOf(cell))) part.known.push_back(cell);
+    if (needed.contains(tileOf(cell))) part.known.push_back(cell);
   }
   for (std::size_t c = 0; c < kBevChannels; ++c) {
     for (const BevSample& s : map.samples[c]) {
-      if (needed.has(tileOf(s, map.cell_m))) part.samples[c].push_back(s);
+      if (needed.contains(tileOf(s, map.cell_m))) part.samples[c].push_back(s);
     }
   }
   auto overview = std::make_shared<MapOverview>();
   for (const MapOverview::Tile& tile : before.tiles) {
-    if (!changed.has(tile.at)) overview->tiles.push_back(tile);
+    if (!changed.contains(tile.at)) overview->tiles.push_back(tile);
   }
   const DistanceField field(part);
   for (const PlaneCell& at : field.tiles()) {
-    if (changed.has(at)) overview->tiles.push_back({at, field.overview(at, MapOverview::kSide)});
+    if (changed.contains(at))
+      overview->tiles.push_back({at, field.overview(at, MapOverview::kSide)});
   }
   sortTiles(*overview);
   overview->checksum = checksumOf(map);
