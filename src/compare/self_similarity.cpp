@@ -472,7 +472,8 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
     given.own_stretches.clear();
     given.null = {};
   }
-  if (given.poses.size() < 2 || !map::hasView(given)) return;
+  const bool may_have_floors = given.size < kTownScale;
+  if ((given.poses.size() < 2 && !may_have_floors) || !map::hasView(given)) return;
   std::vector<std::size_t> places;
   if (first_pose > 0) {
     places = placesDue(given, first_pose);
@@ -484,6 +485,7 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
   if (given.size == kTownScale && !given.stored_view && !map::hasOverview(given))
     given.overview = search::overviewOfLarge(given.bev);
   const AlignedMap town(given, in_metres);
+  if (town.map.poses.size() < 2) return;
   if (town.storey && first_pose > 0) return measureNullHypothesis(given, in_metres);
   const SelfSearch search(town.map, town.options, true);
   if (first_pose == 0) places = search.choosePlaces(kRememberedPlaces);
@@ -508,7 +510,8 @@ SelfSimilarity measureSelfSimilarity(const map::SemanticMap& given, const Option
   const Eigen::Quaterniond back = town.gravity.alignment.conjugate();
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     SelfSimilarity::Place place;
-    place.key_frame = town.storey ? town.storey->key_frames[chosen[i]] : chosen[i];
+    const bool is_part = town.storey && !town.storey->key_frames.empty();
+    place.key_frame = is_part ? town.storey->key_frames[chosen[i]] : chosen[i];
     place.position = size * (back * search.positionOf(chosen[i]));
     std::vector<SelfQuery> here;
     for (std::size_t k = 0; k < kCount; ++k) {

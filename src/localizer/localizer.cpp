@@ -172,7 +172,7 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
       match::isOnePose(T_by_features, registered.places[0].T_map_query * registered.turn,
                        middleOf(*query), kAtFeatures_m))
     evidence.feature_margin = marginOf(features);
-  if (!expected) addStoreys(found, evidence);
+  if (!expected) addStoreys(found, map, evidence);
   evidence.second_best_distance_m *= map.size;
   evidence.vertices = answer.vertices =
       static_cast<int>(walks.queryGraph(query->graph).graph.size());

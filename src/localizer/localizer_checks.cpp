@@ -56,7 +56,7 @@ Localization PlaceIndex::describe(const Query& given, const PoseCheck& place) co
   report(found, 1, answer);
   answer.hypotheses[0].score = place.evidence.score;
   verdict::Evidence evidence = evidenceOf(found, registered);
-  addStoreys(found, evidence);
+  addStoreys(found, map, evidence);
   adoptRefinedPose(registered, answer);
   frame.R_up = registered.turn * frame.R_up;
   answer.statistics = verdict::statisticsOf(evidence);

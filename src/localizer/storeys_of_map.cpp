@@ -16,7 +16,32 @@
 namespace xview {
 namespace {
 
+constexpr double kSquare_m = 2;           ///< canonical
+constexpr std::size_t kFewestPoses = 10;  ///< of a storey that somebody walked through
+/// Of a map of which nobody knows what was seen through, what another floor scores elsewhere counts
+/// as if this share of it were scored at the same pose in the plane.
+constexpr double kElsewhere = 2. / 3;
 const Eigen::Quaterniond kUpright = Eigen::Quaterniond::Identity();
+
+bool wasWalkedThrough(const map::SemanticMap& map) { return map.poses.size() >= kFewestPoses; }
+
+/// As if somebody had stood in squares of a storey that nobody walked through: how alike its places
+/// are is asked there.
+void standInSquares(StoreyOfMap& storey) {
+  storey.key_frames.clear();
+  const BevGrid& view = storey.map.bev;
+  CellIndex squares;
+  for (const GroundCell& cell : view.known) {
+    if (!cell.measured) continue;
+    const Eigen::Vector3d p((cell.x + 0.5) * view.cell_m, (cell.y + 0.5) * view.cell_m, cell.z);
+    const std::size_t before = squares.size();
+    squares.findOrAdd(floorToInt(p.x() / kSquare_m), floorToInt(p.y() / kSquare_m));
+    if (squares.size() == before) continue;
+    storey.map.addKeyframe(Eigen::Isometry3d(Eigen::Translation3d(
+                               p + Eigen::Vector3d(view.origin_x, view.origin_y, view.origin_z))),
+                           0, 0, 0);
+  }
+}
 
 StoreyOfMap partOf(const map::SemanticMap& map, const Storey& storey) {
   StoreyOfMap result;
@@ -39,6 +64,7 @@ StoreyOfMap partOf(const map::SemanticMap& map, const Storey& storey) {
   }
   part.cloud = pointsIn(storey, map.cloud, kUpright);  // maps of rooms are not packed
   part.bev = viewOfThinned(part.cloud, part.labels, kUpright);
+  if (!wasWalkedThrough(part)) standInSquares(result);
   return result;
 }
 
@@ -57,7 +83,7 @@ std::unique_ptr<const search::Field> fieldOf(const search::MapView& view,
 std::vector<StoreyOfMap> storeysOf(const map::SemanticMap& upright) {
   StoreyFinder finder(upright.poses, kUpright, upright.size);
   std::vector<StoreyOfMap> parts;
-  if (finder.isOnePlane() || upright.bev.aerial) return parts;
+  if (upright.bev.aerial) return parts;
   finder.add(upright.cloud, upright.labels);
   for (const Storey& storey : finder.storeys()) parts.push_back(partOf(upright, storey));
   return parts;
@@ -100,7 +126,7 @@ void tellStoreys(const Candidates& found, double size, Localization& answer) {
                   size * std::abs(heightBetween(places)));
 }
 
-void addStoreys(const Candidates& found, verdict::Evidence& evidence) {
+void addStoreys(const Candidates& found, const map::SemanticMap& map, verdict::Evidence& evidence) {
   if (!found.in_field || found.places.empty()) return;
   const search::PlaceHypothesis& best = found.places[0];
   const std::vector<const search::FieldQuery*> storeys = found.in_field->storeys();
@@ -111,6 +137,10 @@ void addStoreys(const Candidates& found, verdict::Evidence& evidence) {
     const PlacePose there =
         storey->refineLocally(storey->centrePose(best.T_map_query), search::RefinementLevel::fine);
     most = std::max(most, there.score / best.score());
+  }
+  for (const search::PlaceHypothesis& place : found.places) {
+    if (!wasWalkedThrough(map) && place.storey != best.storey)
+      most = std::max(most, kElsewhere * place.score() / best.score());
   }
   evidence.storeys = static_cast<double>(storeys.size());
   evidence.other_storey = most;

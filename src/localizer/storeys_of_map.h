@@ -17,9 +17,11 @@ struct Evidence;
 }
 
 struct StoreyOfMap {
-  double bottom = 0;     ///< height from which on it holds
-  map::SemanticMap map;  ///< its key frames, vertices and points, and a view of these
-  std::vector<std::size_t> key_frames;  ///< their positions among those of the whole map
+  double bottom = 0;  ///< height from which on it holds
+  /// Its key frames, vertices and points, and a view of these. One that nobody walked through has
+  /// key frames in squares of its floor.
+  map::SemanticMap map;
+  std::vector<std::size_t> key_frames;  ///< positions among those of the whole map, of these only
 };
 
 /// The storeys of an upright map, from below. None if it is one plane (StoreyFinder).
@@ -36,7 +38,7 @@ double heightBetween(const std::vector<search::PlaceHypothesis>& places);
 /// Nobody changes floors unseen: what is in another storey than the pose that is expected goes.
 void keepStoreyOf(const Eigen::Isometry3d& T_expected, Candidates& found);
 /// How many storeys the map has, and how well another one fits where the best place is.
-void addStoreys(const Candidates& found, verdict::Evidence& evidence);
+void addStoreys(const Candidates& found, const map::SemanticMap& map, verdict::Evidence& evidence);
 /// Names the floors of the two best places. `size`: see kTownScale.
 void tellStoreys(const Candidates& found, double size, Localization& answer);
 

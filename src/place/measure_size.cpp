@@ -11,19 +11,21 @@
 #include "base/cells.h"
 #include "base/median.h"
 #include "base/stray_points.h"
+#include "place/floors.h"
 #include "xview/base/error.h"
 
 namespace xview {
 namespace {
 
-constexpr std::size_t kFrames = 12;             ///< looked at of all recordings together
-constexpr std::size_t kPoints = 5000;           ///< approximate number per frame
-constexpr double kMostSeen = 0.9;               ///< the ground near by is seen in any place
-constexpr double kFlatRatio = 16;               ///< ratio of width to height of a flat place
-constexpr double kCells = 64;                   ///< across where most points of a cloud are
-constexpr std::size_t kPointsOfCloud = 100000;  ///< approximate number sorted into them
-constexpr double kTopAndBottom = 0.2;           ///< of the height of a place
-constexpr double kRoofed = 1.0 / 3;             ///< share of a place that has something at both
+constexpr std::size_t kFrames = 12;                 ///< looked at of all recordings together
+constexpr std::size_t kPoints = 5000;               ///< approximate number per frame
+constexpr double kMostSeen = 0.9;                   ///< the ground near by is seen in any place
+constexpr double kFlatRatio = 16;                   ///< ratio of width to height of a flat place
+constexpr double kCells = 64;                       ///< across where most points of a cloud are
+constexpr std::size_t kPointsOfCloud = 100000;      ///< approximate number sorted into them
+constexpr std::size_t kPointsOfBuilding = 1000000;  ///< the same, where floors are looked for
+constexpr double kTopAndBottom = 0.2;               ///< of the height of a place
+constexpr double kRoofed = 1.0 / 3;                 ///< share of a place that has something at both
 constexpr double kRooms = 8;  ///< times as wide as high: what counts of a roofed place
 /// What is between two sizes is taken for the nearer one, in ratios.
 constexpr double kTownRange_m = 9, kRoomRange_m = 1.6;  ///< of most that a sensor sees
@@ -105,6 +107,18 @@ bool isRoofed(const std::vector<Eigen::Vector3d>& points, int up, double side_m)
   return static_cast<double>(roofed) >= kRoofed * static_cast<double>(columns.size());
 }
 
+/// From floor to floor of a building whose floors lie above one another [m], or 0.
+double heightOfStorey(const LabelledCloud& cloud, const Eigen::AlignedBox3d& box) {
+  FloorFinder finder(1);
+  const std::size_t step = 1 + cloud.size() / kPointsOfBuilding;
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    if (const Eigen::Vector3d p = cloud.position(i); box.contains(p)) finder.add(p);
+  }
+  const std::vector<double> floors = finder.heights();
+  if (floors.size() < 2) return 0;
+  return (floors.back() - floors.front()) / static_cast<double>(floors.size() - 1);
+}
+
 /// The mean, in ratios, of how far and how high a cloud reaches [m], of rooms about that of one.
 /// Places count, not points: half of the points of a scan are within some metres of the scanner, in
 /// a town as in a room.
@@ -130,7 +144,9 @@ double reachOf(const LabelledCloud& cloud) {
   const double height = spreads.minCoeff(&up), width = spreads.maxCoeff();
   if (width > kRooms * height && isRoofed(points, static_cast<int>(up), side_m))
     return std::sqrt(kRooms) * height;
-  return std::sqrt(std::max(height, width / kFlatRatio) * width);
+  const double reach = std::sqrt(std::max(height, width / kFlatRatio) * width);
+  const double storey = reach < kTownReach_m ? 0 : heightOfStorey(cloud, box);
+  return storey > 0 ? std::min(reach, std::sqrt(kRooms) * storey) : reach;
 }
 
 /// What tells the size of a frame [m]: of a sensor how far away most of what it sees is, of a cloud

@@ -141,8 +141,7 @@ Place PlaceBuilder::finish() {
   place_.bev = bev_->build();
   place_.bev.alignment = place_.gravity.alignment;
   std::vector<StoreyOfPlace> storeys;
-  if (use_ == PlaceUse::map &&
-      !StoreyFinder(place_.poses, place_.gravity.alignment, place_.size).isOnePlane()) {
+  if (use_ == PlaceUse::map) {
     thinPoints();
     storeys = storeysOf(place_);
   }
@@ -240,7 +239,6 @@ void PlaceBuilder::drawGraph(const std::vector<StoreyOfPlace>& storeys) {
 /// first. Points of a map: thinned. Both without points that are less accurate than their
 /// neighbours.
 void PlaceBuilder::finishPoints(const std::vector<StoreyOfPlace>& storeys) {
-  if (use_ == PlaceUse::map) thinPoints();
   if (!recent_.empty()) place_.cloud.origin = recent_.back().frame->cloud.origin;
   auto view = static_cast<std::uint32_t>(place_.poses.size());
   double travelled = 0;

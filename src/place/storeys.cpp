@@ -15,13 +15,11 @@ namespace {
 
 // In metres of the world: people are as high in any place.
 constexpr double kPathSquare_m = 4;       ///< of the squares in which poses lie above one another
-constexpr double kStackedShare = 0.15;    ///< share of those squares, at least
 constexpr double kLevelBin_m = 0.25;      ///< of heights of poses
 constexpr double kLeastOfPoses = 0.02;    ///< of the poses that a storey has, at least
 constexpr double kHighestSensor_m = 3;    ///< above the floor of its storey
 constexpr double kLowestSensor_m = -0.4;  ///< the same: floors lean, and heights are in bins
 constexpr double kLeastFloor = 0.2;       ///< ground of a storey over that of any other
-constexpr double kFloorBin_m = 0.1;       ///< of heights of floors
 constexpr double kThickestSlab_m = 0.6;   ///< from a ceiling to the floor above, at most
 // Canonical.
 constexpr double kVoteCell_m = 0.4;  ///< side of the cells whose neighbours vote for a class
@@ -107,47 +105,26 @@ std::vector<double> levelsOf(const std::vector<Eigen::Vector3d>& path, double pe
 
 }  // namespace
 
-void HeightCounts::add(double z) {
-  ++counts_[std::lround(std::floor(z / bin_))];
-  ++size_;
-}
-
-int HeightCounts::at(long bin) const {
-  const auto found = counts_.find(bin);
-  return found == counts_.end() ? 0 : found->second;
-}
-
-std::vector<std::pair<int, double>> HeightCounts::ranked() const {
-  std::vector<std::pair<int, double>> all;
-  for (const auto& [bin, count] : counts_)
-    all.emplace_back(at(bin - 1) + count + at(bin + 1), (static_cast<double>(bin) + 0.5) * bin_);
-  std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  return all;
-}
-
-double HeightCounts::emptiest(double low, double high) const {
-  long least = std::lround(std::floor(low / bin_));
-  for (long bin = least + 1; static_cast<double>(bin) * bin_ < high; ++bin) {
-    if (at(bin) <= at(least)) least = bin;
-  }
-  return static_cast<double>(least) * bin_;
-}
-
 StoreyFinder::StoreyFinder(const std::vector<Eigen::Isometry3d>& poses,
                            const Eigen::Quaterniond& upright, double size)
-    : upright_(upright), per_metre_(1 / size), points_(kFloorBin_m * per_metre_) {
+    : upright_(upright),
+      per_metre_(1 / size),
+      is_town_(size >= kTownScale),
+      points_(kFloorBin_m * per_metre_),
+      surfaces_(per_metre_) {
   const std::vector<Eigen::Vector3d> path = uprightPath(poses, upright);
-  if (size < kTownScale && path.size() > 1 && isStacked(path, per_metre_))
+  if (!is_town_ && path.size() > 1 && isStacked(path, per_metre_))
     levels_ = levelsOf(path, per_metre_);
   floors_.assign(levels_.size(), HeightCounts(kFloorBin_m * per_metre_));
 }
 
 void StoreyFinder::add(const LabelledCloud& cloud, const LabelSet& labels) {
-  if (isOnePlane()) return;
+  if (is_town_) return;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const double z = (upright_ * cloud.position(i)).z();
+    const Eigen::Vector3d p = upright_ * cloud.position(i);
+    const double z = p.z();
     points_.add(z);
+    if (levels_.size() < 2) surfaces_.add(p);
     const auto above =
         std::upper_bound(levels_.begin(), levels_.end(), z + kLowestSensor_m * per_metre_);
     if (above != levels_.end() && *above - z < kHighestSensor_m * per_metre_ &&
@@ -156,7 +133,7 @@ void StoreyFinder::add(const LabelledCloud& cloud, const LabelSet& labels) {
   }
 }
 
-std::vector<Storey> StoreyFinder::storeys() const {
+std::vector<double> StoreyFinder::floorsBelowPoses() const {
   std::size_t most = 0;
   for (const HeightCounts& floor : floors_) most = std::max(most, floor.size());
   std::vector<double> floors;
@@ -164,6 +141,11 @@ std::vector<Storey> StoreyFinder::storeys() const {
     if (static_cast<double>(floor.size()) > kLeastFloor * static_cast<double>(most))
       floors.push_back(floor.ranked()[0].second);
   }
+  return floors;
+}
+
+std::vector<Storey> StoreyFinder::storeys() const {
+  const std::vector<double> floors = levels_.size() < 2 ? surfaces_.heights() : floorsBelowPoses();
   if (floors.size() < 2) return {};
   constexpr double kEnd = std::numeric_limits<double>::infinity();
   std::vector<Storey> storeys{{-kEnd, kEnd}};

@@ -2,16 +2,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <map>
-#include <utility>
 #include <vector>
 
+#include "place/floors.h"
 #include "xview/base/semantic_place.h"
 
 namespace xview {
-
-/// From one storey to the next, at least, in metres of the world.
-constexpr double kLowestStorey_m = 1.8;
 
 /// A layer of a place: heights from `bottom` up to `top`, upright, in its lengths.
 struct Storey {
@@ -19,28 +15,10 @@ struct Storey {
   bool holds(double z) const { return bottom <= z && z < top; }
 };
 
-/// How often each height occurs, by bin.
-class HeightCounts {
- public:
-  explicit HeightCounts(double bin) : bin_(bin) {}
-  void add(double z);
-  std::size_t size() const { return size_; }
-  /// Heights around which most are first, with their numbers; of equal ones the lowest.
-  std::vector<std::pair<int, double>> ranked() const;
-  /// Where fewest are between two heights; of equal ones the highest.
-  double emptiest(double low, double high) const;
-
- private:
-  int at(long bin) const;
-
-  double bin_;
-  std::map<long, int> counts_;
-  std::size_t size_ = 0;
-};
-
-/// Finds the storeys of a place of rooms: heights at which many of its poses are, each with a
-/// floor, where a good part of them lie above one another. All else is one plane, and so is all of
-/// a town, where an odometry that drifts puts a street above itself.
+/// Finds the storeys of a place of rooms. Where a good part of its poses lie above one another:
+/// heights at which many of them are, each with a floor. Else, as of a cloud: floors that lie above
+/// one another. All else is one plane, and so is all of a town, where an odometry that drifts puts
+/// a street above itself.
 class StoreyFinder {
  public:
   /// `poses`: T_place_sensor. `upright`: turns the frame of the place so that z is up. `size`:
@@ -48,18 +26,21 @@ class StoreyFinder {
   StoreyFinder(const std::vector<Eigen::Isometry3d>& poses, const Eigen::Quaterniond& upright,
                double size);
 
-  bool isOnePlane() const { return levels_.size() < 2; }
   /// Points tell the heights of floors.
   void add(const LabelledCloud& cloud, const LabelSet& labels);
   /// From below, without gaps; none of one plane.
   std::vector<Storey> storeys() const;
 
  private:
+  std::vector<double> floorsBelowPoses() const;
+
   Eigen::Quaterniond upright_;
   double per_metre_;
+  bool is_town_;
   std::vector<double> levels_;  ///< heights of sensors
   std::vector<HeightCounts> floors_;
   HeightCounts points_;
+  FloorFinder surfaces_;
 };
 
 /// Whether poses in metres stand above one another as on the floors of a building.

@@ -83,6 +83,31 @@ TEST(Storeys, AreNoneWhereNobodyWalkedAbove) {
   EXPECT_TRUE(wings.storeys().empty());
 }
 
+TEST(Storeys, OfACloudAreWhereFloorsLieAboveOneAnother) {
+  Building building(3);
+  building.place.poses.clear();
+  const std::vector<Storey> storeys = building.storeys();
+  ASSERT_EQ(storeys.size(), 3U);
+  for (std::size_t i = 1; i < storeys.size(); ++i) {
+    const double above_floor_m =
+        storeys[i].bottom * kRoomScale - static_cast<double>(i) * kStoreyHeight_m;
+    EXPECT_LT(above_floor_m, -0.01);
+    EXPECT_GT(above_floor_m, -0.3);
+  }
+}
+
+TEST(Storeys, OfACloudAreNoneWhereNothingLiesAboveAFloorThatOneCanStandOn) {
+  Building hall(1);  // with tall narrow shelves, and a wing beside that is half a storey up
+  hall.place.poses.clear();
+  EXPECT_TRUE(hall.storeys().empty());
+  for (double x = 0; x < 20; x += 0.05) {
+    for (double y = 0.5; y <= 0.9; y += 0.1) hall.addPoint(x, y, 2.1, kWallClass);
+    for (double y = -2; y <= 2; y += 0.1) hall.addPoint(x + 30, y, 2, kFloorClass);
+    for (double z = 2.1; z < 4; z += 0.1) hall.addPoint(x + 30, 2, z, kWallClass);
+  }
+  EXPECT_TRUE(hall.storeys().empty());
+}
+
 TEST(Storeys, AreNoneOfATownWhoseOdometryDriftsUp) {
   EXPECT_TRUE(Building(3).storeys(kTownScale).empty());
 }
