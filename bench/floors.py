@@ -3,13 +3,13 @@
 """Buildings of several floors: is a window found on its own floor, or told to be ambiguous?
 
     bench/floors.py [--program build/xview] [--floors 4] [--seeds 5201,5301] [--kinds other,mould,same]
-                    [--work FOLDER] [--raw]
+                    [--work FOLDER] [--raw] [--cloud]
 
-Three kinds of buildings are made of simulated offices, one above the other at 3.2 m: `same` floors that are one another's
-copies, floors of one `mould`, where more and more of the furniture stands elsewhere, and `other` floors. Windows of a
+Three kinds of buildings are made of simulated offices, one above the other at 3.2 m: `same` floors that are one
+another's copies, floors of one `mould`, where more and more of the furniture stands elsewhere, and `other` floors. Windows of a
 second walk on each floor, with a camera that looks back, usual labels (83 % of the pixels right; --raw: none) and an
-odometry of its own, are localized in the map of the building. Prints a row per kind; exit code 1 if a window is
-accepted more than half a metre from where it is.
+odometry of its own, are localized in the map of the building, or (--cloud) in one cloud of it that knows no poses.
+Prints a row per kind; exit code 1 if a window is accepted more than half a metre from where it is.
 """
 import argparse
 import json
@@ -76,6 +76,7 @@ def main():
     parser.add_argument("--kinds", default="other,mould,same")
     parser.add_argument("--work", type=Path, default=ROOT / "build/floors")
     parser.add_argument("--raw", action="store_true")
+    parser.add_argument("--cloud", action="store_true")
     given = parser.parse_args()
     given.work.mkdir(parents=True, exist_ok=True)
     labels = ["--labels", "shapes"] if given.raw else []
@@ -85,8 +86,15 @@ def main():
         for seed in map(int, given.seeds.split(",")):
             floors = [floor_of(given.program, given.work, kind, seed, number, given.floors)
                       for number in range(given.floors)]
-            place = given.work / f"{kind}_{seed}_{given.floors}{'_raw' if given.raw else ''}.xvm"
-            run(given.program, "map", *[folder / drive for folder, drive, _ in floors], place, "-q", *labels)
+            name = f"{kind}_{seed}_{given.floors}" + "_raw" * given.raw + "_cloud" * given.cloud
+            place = given.work / f"{name}.xvm"
+            drives = [folder / drive for folder, drive, _ in floors]
+            run(given.program, "map", *drives, place, "-q", *labels)
+            if given.cloud:
+                cloud = place.with_suffix(".pcd")
+                run(given.program, "lift", place, cloud, "-q")
+                place.unlink()
+                run(given.program, "map", cloud, place, "-q", *labels)
             for folder, _, shift in floors:
                 truths = poses(folder / "rear/groundtruth.txt")
                 for frames in WINDOWS:
@@ -107,7 +115,8 @@ def main():
         rows.append([kind, *map(str, count.values())])
         print(" | ".join(rows[-1]), flush=True)
         wrong += count["wrong"]
-    print(table([["floors", "windows", "right", "accepted", "ambiguous, the right one named", "accepted wrong"], *rows]))
+    print(table([["floors", "windows", "right", "accepted", "ambiguous, the right one named", "accepted wrong"],
+                 *rows]))
     return wrong > 0
 
 

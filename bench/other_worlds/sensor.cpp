@@ -42,7 +42,6 @@ bool Sensor::covers(const Vector3d& c, double r, int& u0, int& u1, int& v0, int&
          span(c.y(), (height - 1) / 2.0, height, v0, v1);
 }
 
-// Along a ray, negative if that is beyond reach.
 double distanceToGround(const World& world, const Vector3d& from, const Vector3d& along,
                         double reach) {
   if (!world.relief)

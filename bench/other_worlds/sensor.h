@@ -27,6 +27,10 @@ struct View {
   std::vector<int> label;
 };
 
+// Along a ray, negative if that is beyond reach.
+double distanceToGround(const World& world, const Vector3d& from, const Vector3d& along,
+                        double reach);
+
 // What the sensor sees of the world from a pose, without solids that are wholly beyond `reach`.
 View cast(const World& world, const Sensor& sensor, const Eigen::Isometry3d& pose, double reach);
 
