@@ -24,6 +24,7 @@ constexpr double kFlatRatio = 16;                   ///< ratio of width to heigh
 constexpr double kCells = 64;                       ///< across where most points of a cloud are
 constexpr std::size_t kPointsOfCloud = 100000;      ///< approximate number sorted into them
 constexpr std::size_t kPointsOfBuilding = 1000000;  ///< the same, where floors are looked for
+constexpr double kCrowd = 0.2;                      ///< of the points at the height where most are
 constexpr double kTopAndBottom = 0.2;               ///< of the height of a place
 constexpr double kRoofed = 1.0 / 3;                 ///< share of a place that has something at both
 constexpr double kRooms = 8;  ///< times as wide as high: what counts of a roofed place
@@ -107,6 +108,17 @@ bool isRoofed(const std::vector<Eigen::Vector3d>& points, int up, double side_m)
   return static_cast<double>(roofed) >= kRoofed * static_cast<double>(columns.size());
 }
 
+/// Whether points crowd at two heights, as they do where floors or ceilings lie above one another.
+bool crowdAtHeights(const std::vector<Eigen::Vector3d>& points) {
+  HeightCounts counts(kFloorBin_m);
+  for (const Eigen::Vector3d& p : points) counts.add(p.z());
+  const std::vector<std::pair<int, double>> ranked = counts.ranked();
+  return std::any_of(ranked.begin(), ranked.end(), [&](const auto& height) {
+    return std::abs(height.second - ranked[0].second) >= kLowestStorey_m &&
+           height.first >= kCrowd * ranked[0].first;
+  });
+}
+
 /// From floor to floor of a building whose floors lie above one another [m], or 0.
 double heightOfStorey(const LabelledCloud& cloud, const Eigen::AlignedBox3d& box) {
   FloorFinder finder(1);
@@ -145,7 +157,8 @@ double reachOf(const LabelledCloud& cloud) {
   if (width > kRooms * height && isRoofed(points, static_cast<int>(up), side_m))
     return std::sqrt(kRooms) * height;
   const double reach = std::sqrt(std::max(height, width / kFlatRatio) * width);
-  const double storey = reach < kTownReach_m ? 0 : heightOfStorey(cloud, box);
+  const bool may_be_building = reach >= kTownReach_m && crowdAtHeights(points);
+  const double storey = may_be_building ? heightOfStorey(cloud, box) : 0;
   return storey > 0 ? std::min(reach, std::sqrt(kRooms) * storey) : reach;
 }
 
