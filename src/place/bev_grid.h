@@ -16,10 +16,6 @@ constexpr double kBevVoxel_m = 0.2;  ///< weights are summed in voxels of this s
 /// Half thickness of the layer that counts as ground; ground classes beyond are obstacles.
 constexpr double kGroundGate_m = 0.6;
 
-inline bool isBorder(BevChannel c) {
-  return c >= BevChannel::border_road_sidewalk && c <= BevChannel::border_road_terrain;
-}
-
 /// Gathers labelled points of any number of frames and makes one BEV grid of them. The frame of the
 /// grid must be gravity-aligned (z up). The cost of adding a frame does not depend on what was
 /// added before. The origin of the grid is a whole multiple of 128 cells in each direction, so that

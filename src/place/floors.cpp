@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <tuple>
 
@@ -13,6 +14,7 @@ namespace {
 constexpr int kFlat = 5;                ///< side of a column over the height of its cells
 constexpr int kKnee = 3, kBody = 15;    ///< cells above a floor where a person stands
 constexpr std::size_t kThin = 2;        ///< cells of one surface, at most
+constexpr double kLeastOfPlace = 0.15;  ///< width of the widest floor over that of the place
 constexpr double kLeastOfWidest = 0.3;  ///< width of a floor over that of the widest
 constexpr double kLeastWalls = 0.1;  ///< columns with something to stand by, over those of a floor
 
@@ -122,13 +124,17 @@ std::vector<double> FloorFinder::heights() const {
     std::size_t squares;
     std::set<Square> columns;  ///< of its storey
   };
+  constexpr int kAny = std::numeric_limits<int>::max();
+  const std::size_t width = columnsIn(-kAny, kAny).size();
   std::vector<Floor> floors;
   for (const auto& ranked : counts.ranked()) {
     const double z = ranked.second;
     const int at = floorToInt(z / height);
     std::set<Square> squares;
     for (int i = at - 1; i <= at + 1; ++i) squares.insert(wide[i].begin(), wide[i].end());
-    if (!floors.empty() && !isShare(squares.size(), kLeastOfWidest, floors[0].squares)) break;
+    if (floors.empty() ? !isShare(squares.size(), kLeastOfPlace, width)
+                       : !isShare(squares.size(), kLeastOfWidest, floors[0].squares))
+      break;
     const auto isApart = [&](const Floor& floor) {
       return std::abs(floor.z - z) >= kLowestStorey_m * per_metre_;
     };

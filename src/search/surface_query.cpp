@@ -5,8 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "place/bev_grid.h"
-
 namespace xview::search {
 namespace {
 
@@ -59,6 +57,10 @@ std::vector<SurfaceSamples::Sample> gather(const BevGrid& view, bool coarse,
     }
   }
   return result;
+}
+
+bool isBorder(BevChannel c) {
+  return c >= BevChannel::border_road_sidewalk && c <= BevChannel::border_road_terrain;
 }
 
 /// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
