@@ -8,29 +8,19 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
 #include <opencv2/imgcodecs.hpp>
 
+#include "recording.h"
 #include "sensor.h"
-#include "styles.h"
 
 namespace other_worlds {
 namespace {
 
 using Eigen::Isometry3d;
-
-void writePose(std::ofstream& out, const Isometry3d& pose) {
-  for (int i = 0; i < 12; ++i) {
-    char number[32];
-    std::snprintf(number, sizeof number, "%.9g%c", pose.matrix()(i / 4, i % 4),
-                  i < 11 ? ' ' : '\n');
-    out << number;
-  }
-}
 
 struct Session {
   std::string name;
@@ -53,11 +43,8 @@ void record(const World& world, const Session& session, const std::filesystem::p
     std::ofstream(folder / "camera.yaml")
         << "width: 320\nheight: 220\nfx: 170\nfy: 170\ncx: 159.5\ncy: 109.5\ndepth_scale: 0.001\n";
   }
-  std::ofstream classes(folder / "classes.yaml"), poses(folder / "poses.txt"),
-      truth(folder / "groundtruth.txt");
-  classes << "- {id: 0, name: \"unlabelled\"}\n";
-  for (size_t i = 0; i < world.classes.size(); ++i)
-    classes << "- {id: " << i + 1 << ", name: \"" << world.classes[i] << "\"}\n";
+  std::ofstream poses(folder / "poses.txt"), truth(folder / "groundtruth.txt");
+  writeClasses(world, folder);
 
   std::vector<Vector2d> route = world.route;
   if (session.backwards) std::reverse(route.begin(), route.end());
@@ -92,13 +79,7 @@ void record(const World& world, const Session& session, const std::filesystem::p
       View view = cast(world, sensor, pose, reach);
       mislabel(view, sensor, int(world.classes.size()), session.mapping ? 0.08 : 0.12, random);
       if (frame) {
-        Isometry3d moved = before.inverse() * pose;
-        moved.translation() *= scale;
-        moved.linear() =
-            moved.linear() *
-            Eigen::AngleAxisd(turn * world.step_m, pose.linear().transpose() * Vector3d::UnitZ())
-                .toRotationMatrix();
-        odometry = odometry * moved;
+        odometry = odometry * drifted(before.inverse() * pose, pose, scale, turn * world.step_m);
       } else {
         odometry = pose;
         if (!session.mapping)
@@ -151,19 +132,14 @@ void record(const World& world, const Session& session, const std::filesystem::p
 
 int main(int argc, char** argv) {
   using namespace other_worlds;
-  const std::map<std::string, World (*)(Random&)> styles{
-      {"forest", forest},     {"oldtown", oldTown},
-      {"motorway", motorway}, {"village_slope", village},
-      {"carpark", carPark},   {"warehouse", warehouse},
-      {"home", home}};
-  if (argc < 4 || !styles.count(argv[1])) {
+  if (argc < 4 || !styles().count(argv[1])) {
     std::fprintf(stderr,
                  "usage: other_worlds forest|oldtown|motorway|village_slope|carpark|warehouse|home "
                  "SEED OUT_DIR [SESSION...]\n");
     return 2;
   }
   Random random{std::mt19937_64(std::stoull(argv[2]))};
-  const World world = styles.at(argv[1])(random);
+  const World world = styles().at(argv[1])(random);
   const bool indoors = world.roofed, small = world.step_m < 0.5;
   std::vector<Session> sessions{{"forward", false, 0, 6, 0, 0, false, true},
                                 {"rear", false, 180, 6, 0, small ? 0.1 : 0.3, false, false},

@@ -16,8 +16,8 @@
 
 #include <Eigen/Geometry>
 
+#include "recording.h"
 #include "sensor.h"
-#include "styles.h"
 
 namespace other_worlds {
 
@@ -123,15 +123,6 @@ Hits castRays(const World& world, const Rays& rays, const Isometry3d& pose, doub
   return hits;
 }
 
-void writePose(std::ofstream& out, const Isometry3d& pose) {
-  for (int i = 0; i < 12; ++i) {
-    char number[32];
-    std::snprintf(number, sizeof number, "%.9g%c", pose.matrix()(i / 4, i % 4),
-                  i < 11 ? ' ' : '\n');
-    out << number;
-  }
-}
-
 /// Where the sensor is and where it heads: along the way, or to and fro over the place.
 std::vector<std::pair<Vector2d, double>> track(const World& world, const Scanner& scanner,
                                                bool mapping) {
@@ -232,11 +223,8 @@ void record(const World& world, const Scanner& scanner, bool mapping,
   namespace fs = std::filesystem;
   for (const char* part : {"velodyne", "labels"}) fs::create_directories(folder / part);
   std::ofstream(folder / "calib.txt") << "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n";
-  std::ofstream classes(folder / "classes.yaml"), poses(folder / "poses.txt"),
-      truth(folder / "groundtruth.txt");
-  classes << "- {id: 0, name: \"unlabelled\"}\n";
-  for (size_t i = 0; i < world.classes.size(); ++i)
-    classes << "- {id: " << i + 1 << ", name: \"" << world.classes[i] << "\"}\n";
+  std::ofstream poses(folder / "poses.txt"), truth(folder / "groundtruth.txt");
+  writeClasses(world, folder);
   const Eigen::Quaterniond mount = AngleAxisd(scanner.pitch_deg * kDegree, Vector3d::UnitY()) *
                                    AngleAxisd(scanner.roll_deg * kDegree, Vector3d::UnitX());
   const double scale = 1 + (mapping ? 0 : 0.005 * random.normal()),
@@ -253,14 +241,8 @@ void record(const World& world, const Scanner& scanner, bool mapping,
     pose.linear() = (AngleAxisd(heading, Vector3d::UnitZ()) * mount *
                      AngleAxisd(0.01 * random.normal(), Vector3d::UnitY()))
                         .toRotationMatrix();
-    if (frame) {  // the odometry of a query begins with the identity, however its sensor is mounted
-      Isometry3d moved = before.inverse() * pose;
-      moved.translation() *= scale;
-      moved.linear() =
-          moved.linear() *
-          AngleAxisd(turn, pose.linear().transpose() * Vector3d::UnitZ()).toRotationMatrix();
-      odometry = odometry * moved;
-    }
+    // The odometry of a query begins with the identity, however its sensor is mounted.
+    if (frame) odometry = odometry * drifted(before.inverse() * pose, pose, scale, turn);
     before = pose;
     writePose(poses, mapping ? pose : odometry);
     writePose(truth, pose);
@@ -301,22 +283,17 @@ void record(const World& world, const Scanner& scanner, bool mapping,
 
 int main(int argc, char** argv) {
   using namespace other_worlds;
-  const std::map<std::string, World (*)(Random&)> styles{
-      {"forest", forest},     {"oldtown", oldTown},
-      {"motorway", motorway}, {"village_slope", village},
-      {"carpark", carPark},   {"warehouse", warehouse},
-      {"home", home}};
   const auto scanner =
       std::find_if(std::begin(kScanners), std::end(kScanners),
                    [&](const Scanner& s) { return argc > 4 && std::string(argv[4]) == s.name; });
-  if (argc != 5 || !styles.count(argv[1]) || scanner == std::end(kScanners)) {
+  if (argc != 5 || !styles().count(argv[1]) || scanner == std::end(kScanners)) {
     std::fprintf(stderr, "usage: scanners STYLE SEED OUT_DIR SENSOR\nsensors:");
     for (const Scanner& known : kScanners) std::fprintf(stderr, " %s", known.name);
     std::fprintf(stderr, "\n");
     return 2;
   }
   Random random{std::mt19937_64(std::stoull(argv[2]))};
-  const World world = styles.at(argv[1])(random);
+  const World world = styles().at(argv[1])(random);
   for (const bool mapping : {true, false})
     record(world, *scanner, mapping, std::filesystem::path(argv[3]) / (mapping ? "map" : "query"),
            Random{std::mt19937_64(random.bits())});
