@@ -318,20 +318,22 @@ double Registration::riseToFit(const std::vector<QueryPoint>& points) const {
   const double weight =
       point_weight_ * static_cast<double>(points.size()) / static_cast<double>(few.size());
   const double rise_m = bestRise(few, weight);
+  // Walls may fit best where both were measured densely. Their ground is on another level then.
+  constexpr std::size_t kFewestOnGround = 5;
   std::vector<QueryPoint> ground;
   for (const QueryPoint& q : few) {
     if (isGround(kindOfGroup(q.group))) ground.push_back(q);
   }
-  // Walls may fit best where both were measured densely. Their ground is on another level then.
-  constexpr std::size_t kFewestOnGround = 5;
   const auto onGround = [&](double at_m) {
     std::size_t count = 0;
     forPartners(ground, risen(at_m), lastScope(), [&](const auto&, const auto&) { ++count; });
     return count;
   };
+  const std::size_t there = onGround(rise_m);
+  if (ground.size() < kFewestOnGround || 2 * there >= ground.size()) return rise_m;
   const double by_ground_m = bestRise(ground, weight);
   const std::size_t most = onGround(by_ground_m);
-  return most >= kFewestOnGround && 2 * onGround(rise_m) < most ? by_ground_m : rise_m;
+  return most >= kFewestOnGround && 2 * there < most ? by_ground_m : rise_m;
 }
 
 /// Of some points, each of which counts `weight`.
