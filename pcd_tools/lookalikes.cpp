@@ -84,14 +84,14 @@ Scene sceneOfLookalikes(const map::SemanticMap& map, const SelfSimilarity& self_
           self_similarity.lengths_m.size(),
           SceneLine{"look alike", {200, 180, 215}, {place.position, *place.second_best}});
   }
-  const bool has_way = map.poses.size() > 1;
   for (std::size_t i = 0; i < self_similarity.places.size(); ++i) {
     const SelfSimilarity::Place& place = self_similarity.places[i];
+    if (!place.key_frame) continue;  // nobody is known to have gone there
     SceneLine line{nameOf(place), colorOf(place, self_similarity), {}};
     const std::size_t end = i + 1 < self_similarity.places.size()
-                                ? self_similarity.places[i + 1].key_frame + 1
+                                ? *self_similarity.places[i + 1].key_frame + 1
                                 : map.poses.size();
-    for (std::size_t k = place.key_frame; has_way && k < end; ++k)
+    for (std::size_t k = *place.key_frame; k < end; ++k)
       line.points.push_back(map.poses[k].translation());
     if (line.points.size() > 1) by_rank.emplace(rankOf(place, self_similarity), std::move(line));
   }

@@ -510,8 +510,10 @@ SelfSimilarity measureSelfSimilarity(const map::SemanticMap& given, const Option
   const Eigen::Quaterniond back = town.gravity.alignment.conjugate();
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     SelfSimilarity::Place place;
-    const bool is_part = town.storey && !town.storey->key_frames.empty();
-    place.key_frame = is_part ? town.storey->key_frames[chosen[i]] : chosen[i];
+    if (!town.storey && search.hasPath())
+      place.key_frame = chosen[i];
+    else if (town.storey && !town.storey->key_frames.empty())
+      place.key_frame = town.storey->key_frames[chosen[i]];
     place.position = size * (back * search.positionOf(chosen[i]));
     std::vector<SelfQuery> here;
     for (std::size_t k = 0; k < kCount; ++k) {

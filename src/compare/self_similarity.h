@@ -28,7 +28,7 @@ struct SelfQuery {
 struct SelfSimilarity {
   struct Place {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< map frame
-    std::size_t key_frame = 0;  ///< position in the map's poses, or vertices of a bare graph
+    std::optional<std::size_t> key_frame;  ///< position in the map's poses; none off its way
     /// Minimum path length from which on every query there is accepted; none if no length is.
     std::optional<double> min_query_length_m;
     /// Where the longest query that is not accepted may be mistaken to be.

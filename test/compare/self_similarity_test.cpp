@@ -51,6 +51,29 @@ TEST(SelfSimilarity, TellsCopiesFromWhatIsThereOnce) {
   EXPECT_GT(singles, 5);
 }
 
+/// Places of a building of which two scanners stood somewhere are no positions in its two poses.
+TEST(SelfSimilarity, PlacesOfFloorsThatNobodyWalkedThroughHaveNoKeyFrame) {
+  map::SemanticMap map;
+  map.labels = test::labelSetOf("rooms", {{1, "floor", Role::surface, Kind::terrain},
+                                          {2, "wall", Role::surface, Kind::building}});
+  map.size = kRoomScale;
+  map.gravity.known = true;
+  for (const double x : {2.0, 18.0})
+    map.addKeyframe(Eigen::Isometry3d(Eigen::Translation3d(x, 0, 1.2)), 0, 0, 0);
+  const auto add = [&](double x, double y, double z, std::uint32_t label) {
+    map.cloud.points.push_back(Point(float(x), float(y), float(z), label));
+  };
+  for (const double bottom : {0.0, 3.0}) {
+    for (double x = 0; x < 20; x += 0.1) {
+      for (double y = -3; y <= 3; y += 0.1) add(x, y, bottom, 1), add(x, y, bottom + 2.6, 2);
+      for (double z = 0.1; z < 2.6; z += 0.1) add(x, 3, bottom + z, 2), add(x, -3, bottom + z, 2);
+    }
+  }
+  const SelfSimilarity found = measureSelfSimilarity(map, {}, 12);
+  EXPECT_FALSE(found.places.empty());
+  for (const SelfSimilarity::Place& place : found.places) EXPECT_FALSE(place.key_frame);
+}
+
 TEST(SelfSimilarity, PlacesAreSureFromALengthOnFromWhichAllAre) {
   for (std::size_t i = 0; i < measured().places.size(); ++i) {
     const SelfSimilarity::Place& place = measured().places[i];
