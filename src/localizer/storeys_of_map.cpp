@@ -138,9 +138,11 @@ void addStoreys(const Candidates& found, const map::SemanticMap& map, verdict::E
         storey->refineLocally(storey->centrePose(best.T_map_query), search::RefinementLevel::fine);
     most = std::max(most, there.score / best.score());
   }
-  for (const search::PlaceHypothesis& place : found.places) {
-    if (!wasWalkedThrough(map) && place.storey != best.storey)
-      most = std::max(most, kElsewhere * place.score() / best.score());
+  if (!wasWalkedThrough(map)) {
+    for (const search::PlaceHypothesis& place : found.places) {
+      if (place.storey != best.storey)
+        most = std::max(most, kElsewhere * place.score() / best.score());
+    }
   }
   evidence.storeys = static_cast<double>(storeys.size());
   evidence.other_storey = most;

@@ -236,7 +236,7 @@ void PlaceBuilder::drawGraph(const std::vector<StoreyOfPlace>& storeys) {
 }
 
 /// Points of a query: those of the frames of the last refine.reach_m metres of travel, last frame
-/// first. Points of a map: thinned. Both without points that are less accurate than their
+/// first. Those of a map are thinned before. Both without points that are less accurate than their
 /// neighbours.
 void PlaceBuilder::finishPoints(const std::vector<StoreyOfPlace>& storeys) {
   if (!recent_.empty()) place_.cloud.origin = recent_.back().frame->cloud.origin;
