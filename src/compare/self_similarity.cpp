@@ -474,6 +474,8 @@ void measureNullHypothesis(map::SemanticMap& given, const Options& in_metres,
   }
   const bool may_have_floors = given.size < kTownScale;
   if ((given.poses.size() < 2 && !may_have_floors) || !map::hasView(given)) return;
+  if (first_pose > 0 && may_have_floors && !(wayOf(given).back() > 0))  // clouds, of floors perhaps
+    return measureNullHypothesis(given, in_metres);
   std::vector<std::size_t> places;
   if (first_pose > 0) {
     places = placesDue(given, first_pose);

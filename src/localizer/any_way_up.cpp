@@ -55,16 +55,12 @@ bool FeatureIndex::takes(const Query& query) const {
   return of_map && match::voxelCount(query.cloud, of_map->voxel()) <= kMostVoxels;
 }
 
-std::vector<match::FeaturePose> FeatureIndex::propose(const Query& query, bool mirrored) const {
-  LabelledCloud cloud = query.cloud;
-  std::vector<Eigen::Vector3d> seen_from = positionsOf(query.poses);
-  if (mirrored) {
-    cloud.origin.y() *= -1;
-    for (Point& p : cloud.points) p.y *= -1;
-    for (Eigen::Vector3d& p : seen_from) p.y() *= -1;
-  }
-  const match::FeatureCloud of_query(cloud, seen_from, ofMap()->voxel(), threads_);
-  std::vector<match::FeaturePose> poses = match::matchFeatures(of_query, *ofMap(), kMostPoses);
+match::FeatureCloud FeatureIndex::described(const Query& query) const {
+  return {query.cloud, positionsOf(query.poses), ofMap()->voxel(), threads_};
+}
+
+std::vector<match::FeaturePose> FeatureIndex::propose(const match::FeatureCloud& query) const {
+  std::vector<match::FeaturePose> poses = match::matchFeatures(query, *ofMap(), kMostPoses);
   if (!poses.empty() && poses[0].share < kLeastOnMap) poses.clear();
   return poses;
 }

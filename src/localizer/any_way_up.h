@@ -22,9 +22,10 @@ class FeatureIndex {
   /// Whether the query is asked: both have points, and neither has more surface than some rooms,
   /// which bounds the time; in towns only clouds, of which nobody knows how they lie.
   bool takes(const Query& query) const;
-  /// Poses of six degrees of freedom of a query that it takes, the likeliest first. `mirrored`: of
-  /// its mirror image. Thread-safe.
-  std::vector<match::FeaturePose> propose(const Query& query, bool mirrored = false) const;
+  /// A query that it takes, as features see it.
+  match::FeatureCloud described(const Query& query) const;
+  /// Poses of six degrees of freedom, the likeliest first. Thread-safe.
+  std::vector<match::FeaturePose> propose(const match::FeatureCloud& query) const;
 
  private:
   const match::FeatureCloud* ofMap() const;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 #include "localizer/proposer.h"
@@ -17,29 +19,74 @@ namespace xview {
 namespace {
 
 constexpr double kSquare_m = 2;           ///< canonical
+constexpr double kStep = 2.5;             ///< squares; what is farther off is another walk
 constexpr std::size_t kFewestPoses = 10;  ///< of a storey that somebody walked through
 /// Of a map of which nobody knows what was seen through, what another floor scores elsewhere counts
 /// as if this share of it were scored at the same pose in the plane.
 constexpr double kElsewhere = 2. / 3;
 const Eigen::Quaterniond kUpright = Eigen::Quaterniond::Identity();
 
-bool wasWalkedThrough(const map::SemanticMap& map) { return map.poses.size() >= kFewestPoses; }
+std::uint32_t sourceOf(const map::SemanticMap& map, std::size_t pose) {
+  return pose < map.source_of_pose.size() ? map.source_of_pose[pose] : 0;
+}
 
-/// As if somebody had stood in squares of a storey that nobody walked through: how alike its places
-/// are is asked there.
+/// Whether somebody walked where poses of a map are: clouds and stations are a recording each.
+bool isWalk(const map::SemanticMap& map, const std::vector<std::size_t>& poses) {
+  std::size_t steps = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    steps += poses[i] == poses[i - 1] + 1 && sourceOf(map, poses[i]) == sourceOf(map, poses[i - 1]);
+  return steps + 1 >= kFewestPoses;
+}
+
+/// From each square to the nearest one that is left.
+std::vector<std::size_t> walkOver(const CellIndex& squares) {
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> walk, left(squares.size());
+  std::iota(left.begin(), left.end(), 0);
+  std::vector<char> is_left(squares.size(), true);
+  std::size_t next = left.empty() ? kNone : 0;
+  while (next != kNone) {
+    walk.push_back(next);
+    is_left[next] = false;
+    const PlaneCell at = squares.cells()[next];
+    next = kNone;
+    std::int64_t least = std::numeric_limits<std::int64_t>::max();
+    const auto ask = [&](std::size_t i) {
+      const std::int64_t x = squares.cells()[i].x - at.x, y = squares.cells()[i].y - at.y;
+      if (!is_left[i] || x * x + y * y >= least) return;
+      least = x * x + y * y;
+      next = i;
+    };
+    squares.forAround(walk.back(), 1, [&](std::int32_t i) { ask(static_cast<std::size_t>(i)); });
+    if (next != kNone) continue;
+    left.erase(std::remove_if(left.begin(), left.end(), [&](auto i) { return !is_left[i]; }),
+               left.end());
+    for (const std::size_t i : left) ask(i);
+  }
+  return walk;
+}
+
+/// As if somebody had walked over the squares of a storey that nobody walked through: how alike its
+/// places are is asked there.
 void standInSquares(StoreyOfMap& storey) {
   storey.key_frames.clear();
   const BevGrid& view = storey.map.bev;
+  const Eigen::Vector3d origin(view.origin_x, view.origin_y, view.origin_z);
   CellIndex squares;
+  std::vector<Eigen::Vector3d> positions;
   for (const GroundCell& cell : view.known) {
     if (!cell.measured) continue;
     const Eigen::Vector3d p((cell.x + 0.5) * view.cell_m, (cell.y + 0.5) * view.cell_m, cell.z);
-    const std::size_t before = squares.size();
     squares.findOrAdd(floorToInt(p.x() / kSquare_m), floorToInt(p.y() / kSquare_m));
-    if (squares.size() == before) continue;
-    storey.map.addKeyframe(Eigen::Isometry3d(Eigen::Translation3d(
-                               p + Eigen::Vector3d(view.origin_x, view.origin_y, view.origin_z))),
-                           0, 0, 0);
+    if (squares.size() > positions.size()) positions.push_back(origin + p);
+  }
+  std::uint32_t walk = 0;
+  const PlaneCell* last = nullptr;
+  for (const std::size_t i : walkOver(squares)) {
+    const PlaneCell& square = squares.cells()[i];
+    walk += last && std::hypot(square.x - last->x, square.y - last->y) > kStep;
+    storey.map.addKeyframe(Eigen::Isometry3d(Eigen::Translation3d(positions[i])), 0, 0, walk);
+    last = &square;
   }
 }
 
@@ -59,12 +106,12 @@ StoreyOfMap partOf(const map::SemanticMap& map, const Storey& storey) {
   }
   for (std::size_t i = 0; i < map.poses.size(); ++i) {
     if (!storey.holds(map.poses[i].translation().z())) continue;
-    part.addKeyframe(map.poses[i], 0, 0, i < map.source_of_pose.size() ? map.source_of_pose[i] : 0);
+    part.addKeyframe(map.poses[i], 0, 0, sourceOf(map, i));
     result.key_frames.push_back(i);
   }
   part.cloud = pointsIn(storey, map.cloud, kUpright);  // maps of rooms are not packed
   part.bev = viewOfThinned(part.cloud, part.labels, kUpright);
-  if (!wasWalkedThrough(part)) standInSquares(result);
+  if (!isWalk(map, result.key_frames)) standInSquares(result);
   return result;
 }
 
@@ -138,11 +185,16 @@ void addStoreys(const Candidates& found, const map::SemanticMap& map, verdict::E
         storey->refineLocally(storey->centrePose(best.T_map_query), search::RefinementLevel::fine);
     most = std::max(most, there.score / best.score());
   }
-  if (!wasWalkedThrough(map)) {
-    for (const search::PlaceHypothesis& place : found.places) {
-      if (place.storey != best.storey)
-        most = std::max(most, kElsewhere * place.score() / best.score());
-    }
+  std::vector<std::vector<std::size_t>> poses(storeys.size());
+  for (std::size_t i = 0; i < map.poses.size(); ++i) {
+    const Eigen::Vector3d p = map.poses[i].translation() - found.in_field->focus();
+    const search::FieldQuery& there =
+        found.in_field->at(Eigen::Isometry3d(Eigen::Translation3d(p)));
+    poses[static_cast<std::size_t>(there.storey())].push_back(i);
+  }
+  for (const search::PlaceHypothesis& place : found.places) {
+    if (place.storey != best.storey && !isWalk(map, poses[static_cast<std::size_t>(place.storey)]))
+      most = std::max(most, kElsewhere * place.score() / best.score());
   }
   evidence.storeys = static_cast<double>(storeys.size());
   evidence.other_storey = most;

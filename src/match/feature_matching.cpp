@@ -24,6 +24,7 @@ namespace {
 using NormalCloud = pcl::PointCloud<pcl::PointNormal>;
 using Features = pcl::PointCloud<pcl::FPFHSignature33>;
 using PointTree = pcl::KdTreeFLANN<pcl::PointNormal>;
+using FeatureTree = pcl::KdTreeFLANN<pcl::FPFHSignature33>;
 
 /// In sides of a voxel: radii of normals and features, how far points may lie from their partners
 /// at first and at last, and how well two matches must agree in length.
@@ -39,6 +40,7 @@ constexpr double kTurnedAway = 0.7;  ///< least cosine between normals of partne
 /// What lies on a surface of the map: partner and its plane in sides of a voxel, cosine between
 /// normals.
 constexpr double kPartner = 1.5, kOnPlane = 0.25, kFacesAlike = 0.85;
+constexpr Eigen::Index kBins = 33;    ///< of a feature
 constexpr double kFewNormals = 0.02;  ///< share of a query that says little about a direction
 
 Eigen::Vector3d pointOf(const pcl::PointNormal& p) { return {p.x, p.y, p.z}; }
@@ -64,28 +66,60 @@ Function ofModule(const char* name) {
   return reinterpret_cast<Function>(moduleFunction("xview_features", name, "local features"));
 }
 
-/// Of each feature the nearest one among others.
-std::vector<int> nearestOf(const Features& features,
-                           const pcl::KdTreeFLANN<pcl::FPFHSignature33>& in, int threads) {
-  std::vector<int> nearest(features.size(), -1);
-  parallelFor(features.size(), threads, [&](std::size_t i) {
-    pcl::Indices index(1);
-    std::vector<float> squared(1);
-    if (in.nearestKSearch(features[i], 1, index, squared) > 0) nearest[i] = index[0];
-  });
-  return nearest;
+Eigen::MatrixXf columnsOf(const Features& features) {
+  Eigen::MatrixXf columns(kBins, static_cast<Eigen::Index>(features.size()));
+  for (std::size_t i = 0; i < features.size(); ++i)
+    columns.col(static_cast<Eigen::Index>(i)) =
+        Eigen::Map<const Eigen::VectorXf>(features[i].histogram, kBins);
+  return columns;
+}
+
+Features::Ptr cloudOf(const Eigen::MatrixXf& columns) {
+  Features::Ptr features(new Features(static_cast<std::uint32_t>(columns.cols()), 1));
+  for (std::size_t i = 0; i < features->size(); ++i)
+    Eigen::Map<Eigen::VectorXf>((*features)[i].histogram, kBins) =
+        columns.col(static_cast<Eigen::Index>(i));
+  return features;
 }
 
 }  // namespace
 
 struct FeatureCloud::Content {
+  /// Makes the trees.
+  void index();
+  /// Of each feature, a column, the nearest one of this cloud.
+  std::vector<int> nearestTo(const Eigen::MatrixXf& others) const;
+
   Eigen::Vector3d origin;
   NormalCloud::Ptr points{new NormalCloud};
-  Features::Ptr features{new Features};
-  PointTree::Ptr tree{new PointTree};
-  pcl::KdTreeFLANN<pcl::FPFHSignature33> feature_tree{false};
+  PointTree tree;            ///< of the points
+  Eigen::MatrixXf features;  ///< a column for each point
+  Eigen::MatrixXf axes;      ///< principal ones of the features
+  FeatureTree feature_tree;  ///< along these: a tree asks fewer of them than along the bins
   int threads = 1;
 };
+
+void FeatureCloud::Content::index() {
+  if (points->empty()) return;
+  tree.setInputCloud(points);
+  const Eigen::VectorXf mean = features.rowwise().mean();
+  const Eigen::MatrixXf off = features.colwise() - mean;
+  const Eigen::MatrixXf scatter = off * off.transpose();
+  axes = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf>(scatter).eigenvectors();
+  feature_tree.setInputCloud(cloudOf(axes.transpose() * features));
+}
+
+std::vector<int> FeatureCloud::Content::nearestTo(const Eigen::MatrixXf& others) const {
+  const Features::ConstPtr along_axes = cloudOf(axes.transpose() * others);
+  std::vector<int> nearest(along_axes->size());
+  parallelFor(nearest.size(), threads, [&](std::size_t i) {
+    pcl::Indices index(1);
+    std::vector<float> squared(1);
+    feature_tree.nearestKSearch((*along_axes)[i], 1, index, squared);
+    nearest[i] = index[0];
+  });
+  return nearest;
+}
 
 FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
                            const std::vector<Eigen::Vector3d>& view_points, double voxel,
@@ -114,11 +148,35 @@ FeatureCloud::FeatureCloud(const LabelledCloud& cloud,
     content->points->push_back(p);
   }
   if (!content->points->empty()) {
-    describe(*content->points, kFeatureRadius * voxel, *content->features);
-    content->tree->setInputCloud(content->points);
-    content->feature_tree.setInputCloud(content->features);
+    Features features;
+    describe(*content->points, kFeatureRadius * voxel, features);
+    content->features = columnsOf(features);
   }
+  content->index();
   content_ = std::move(content);
+}
+
+FeatureCloud::FeatureCloud(double voxel, std::unique_ptr<const Content> content)
+    : voxel_(voxel), content_(std::move(content)) {}
+FeatureCloud::FeatureCloud(FeatureCloud&&) noexcept = default;
+
+FeatureCloud FeatureCloud::mirrored() const {
+  auto content = std::make_unique<Content>();
+  content->origin = content_->origin;
+  content->origin.y() *= -1;
+  *content->points = *content_->points;
+  for (pcl::PointNormal& p : *content->points) {
+    p.y *= -1;
+    p.normal_y *= -1;
+  }
+  // Of the three angles between two points that a histogram counts, only the second, alpha, changes
+  // its sign with the handedness.
+  content->features = content_->features;
+  content->features.middleRows(kBins / 3, kBins / 3) =
+      content_->features.middleRows(kBins / 3, kBins / 3).colwise().reverse();
+  content->threads = content_->threads;
+  content->index();
+  return FeatureCloud(voxel_, std::move(content));
 }
 
 std::size_t voxelCount(const LabelledCloud& cloud, double voxel) {
@@ -209,12 +267,15 @@ std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureC
                                        std::size_t most) {
   const FeatureCloud::Content &q = *query.content_, &m = *map.content_;
   if (q.points->empty() || m.points->empty()) return {};
-  const std::vector<int> in_map = nearestOf(*q.features, m.feature_tree, q.threads);
-  const std::vector<int> in_query = nearestOf(*m.features, q.feature_tree, q.threads);
+  const std::vector<int> in_map = m.nearestTo(q.features);
+  std::vector<int> hit = in_map;  // of the map
+  std::sort(hit.begin(), hit.end());
+  hit.erase(std::unique(hit.begin(), hit.end()), hit.end());
+  const std::vector<int> in_query = q.nearestTo(m.features(Eigen::all, hit));
   std::vector<PointMatch> matches;
   for (std::size_t i = 0; i < in_map.size(); ++i) {
-    if (in_map[i] < 0 || in_query[static_cast<std::size_t>(in_map[i])] != static_cast<int>(i))
-      continue;
+    const auto at = std::lower_bound(hit.begin(), hit.end(), in_map[i]) - hit.begin();
+    if (in_query[static_cast<std::size_t>(at)] != static_cast<int>(i)) continue;
     const pcl::PointNormal &a = (*q.points)[i],
                            &b = (*m.points)[static_cast<std::size_t>(in_map[i])];
     matches.push_back({pointOf(a), pointOf(b), normalOf(a), normalOf(b)});
@@ -227,7 +288,7 @@ std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureC
     poses.push_back({p.T_map_query, 0});
   const auto sortByShareOf = [&](const NormalCloud& points) {
     parallelFor(poses.size(), q.threads, [&](std::size_t i) {
-      poses[i].share = shareOnMap(poses[i].T_map_query, points, *m.points, *m.tree, voxel);
+      poses[i].share = shareOnMap(poses[i].T_map_query, points, *m.points, m.tree, voxel);
     });
     std::stable_sort(poses.begin(), poses.end(),
                      [](const FeaturePose& a, const FeaturePose& b) { return a.share > b.share; });
@@ -235,7 +296,7 @@ std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureC
   sortByShareOf(share);
   poses.resize(std::min(poses.size(), kRefined));
   parallelFor(poses.size(), q.threads, [&](std::size_t i) {
-    poses[i].T_map_query = refined(share, *m.points, *m.tree, voxel, poses[i].T_map_query);
+    poses[i].T_map_query = refined(share, *m.points, m.tree, voxel, poses[i].T_map_query);
   });
   sortByShareOf(*q.points);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();

@@ -34,14 +34,18 @@ class FeatureCloud {
   /// unit of the cloud.
   FeatureCloud(const LabelledCloud& cloud, const std::vector<Eigen::Vector3d>& view_points,
                double voxel, int threads);
+  FeatureCloud(FeatureCloud&&) noexcept;
   ~FeatureCloud();
 
   double voxel() const { return voxel_; }
+  /// Of the cloud with -y in place of y.
+  FeatureCloud mirrored() const;
 
  private:
   friend std::vector<FeaturePose> matchFeatures(const FeatureCloud& query, const FeatureCloud& map,
                                                 std::size_t most);
   struct Content;
+  FeatureCloud(double voxel, std::unique_ptr<const Content> content);
   double voxel_;
   std::unique_ptr<const Content> content_;
 };

@@ -16,7 +16,7 @@ constexpr int kKnee = 3, kBody = 15;    ///< cells above a floor where a person 
 constexpr std::size_t kThin = 2;        ///< cells of one surface, at most
 constexpr double kLeastOfPlace = 0.15;  ///< width of the widest floor over that of the place
 constexpr double kLeastOfWidest = 0.3;  ///< width of a floor over that of the widest
-constexpr double kLeastWalls = 0.1;  ///< columns with something to stand by, over those of a floor
+constexpr double kLeastWalls = 0.1;     ///< columns beside a floor with walls, over its own
 
 }  // namespace
 
@@ -122,31 +122,44 @@ std::vector<double> FloorFinder::heights() const {
   struct Floor {
     double z;
     std::size_t squares;
-    std::set<Square> columns;  ///< of its storey
+    std::set<Square> columns;  ///< of its storey, beside its squares
   };
   constexpr int kAny = std::numeric_limits<int>::max();
   const std::size_t width = columnsIn(-kAny, kAny).size();
   std::vector<Floor> floors;
   for (const auto& ranked : counts.ranked()) {
     const double z = ranked.second;
+    const auto isNear = [&](const Floor& floor) {
+      return std::abs(floor.z - z) < kLowestStorey_m * per_metre_;
+    };
+    if (std::any_of(floors.begin(), floors.end(), isNear)) continue;
     const int at = floorToInt(z / height);
     std::set<Square> squares;
     for (int i = at - 1; i <= at + 1; ++i) squares.insert(wide[i].begin(), wide[i].end());
     if (floors.empty() ? !isShare(squares.size(), kLeastOfPlace, width)
                        : !isShare(squares.size(), kLeastOfWidest, floors[0].squares))
       break;
-    const auto isApart = [&](const Floor& floor) {
-      return std::abs(floor.z - z) >= kLowestStorey_m * per_metre_;
-    };
     const auto isAboveOrBelow = [&](const Floor& floor) {
       std::size_t shared = 0;
       for (const Square& square : squares) shared += floor.columns.count(square);
       return isShare(shared, kStackedShare, squares.size());
     };
-    if (std::all_of(floors.begin(), floors.end(), isApart) &&
-        (floors.empty() || std::any_of(floors.begin(), floors.end(), isAboveOrBelow)) &&
-        isShare(columnsIn(at + kKnee, at + kBody).size(), kLeastWalls, squares.size()))
-      floors.push_back({z, squares.size(), columnsIn(at, at + kBody)});
+    const auto isBeside = [&](const Square& column) {
+      for (int i = 0; i < 9; ++i) {
+        if (squares.count({column.first + i % 3 - 1, column.second + i / 3 - 1}) > 0) return true;
+      }
+      return false;
+    };
+    const auto besideIn = [&](int low, int high) {
+      std::set<Square> beside;
+      for (const Square& column : columnsIn(low, high)) {
+        if (isBeside(column)) beside.insert(column);
+      }
+      return beside;
+    };
+    if ((floors.empty() || std::any_of(floors.begin(), floors.end(), isAboveOrBelow)) &&
+        isShare(besideIn(at + kKnee, at + kBody).size(), kLeastWalls, squares.size()))
+      floors.push_back({z, squares.size(), besideIn(at, at + kBody)});
   }
   std::vector<double> heights;
   for (const Floor& floor : floors) heights.push_back(floor.z);

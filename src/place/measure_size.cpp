@@ -25,6 +25,7 @@ constexpr double kCells = 64;                       ///< across where most point
 constexpr std::size_t kPointsOfCloud = 100000;      ///< approximate number sorted into them
 constexpr std::size_t kPointsOfBuilding = 1000000;  ///< the same, where floors are looked for
 constexpr double kCrowd = 0.2;                      ///< of the points at the height where most are
+constexpr double kPeak = 0.05;                      ///< of all points at that height, at least
 constexpr double kTopAndBottom = 0.2;               ///< of the height of a place
 constexpr double kRoofed = 1.0 / 3;                 ///< share of a place that has something at both
 constexpr double kRooms = 8;  ///< times as wide as high: what counts of a roofed place
@@ -113,6 +114,7 @@ bool crowdAtHeights(const std::vector<Eigen::Vector3d>& points) {
   HeightCounts counts(kFloorBin_m);
   for (const Eigen::Vector3d& p : points) counts.add(p.z());
   const std::vector<std::pair<int, double>> ranked = counts.ranked();
+  if (ranked[0].first < kPeak * static_cast<double>(points.size())) return false;  // a slope
   return std::any_of(ranked.begin(), ranked.end(), [&](const auto& height) {
     return std::abs(height.second - ranked[0].second) >= kLowestStorey_m &&
            height.first >= kCrowd * ranked[0].first;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "place/depth_plausibility.h"
 #include "place/gravity.h"
 #include "place/measure_size.h"
 #include "place/shapes.h"
@@ -112,6 +113,7 @@ class ShapeLabels {
   Frame read(std::size_t index) const {
     if (std::optional<Frame> kept = takeKept()) return *std::move(kept);
     Frame frame = source_->read(index);
+    requireMetres(frame, source_->name());  // shapes of a thousand times as much take as long
     Eigen::Matrix3d R_up_sensor = frame.T_odom_sensor.linear();
     if (up_.norm() > 0) {
       frame.up_sensor = R_up_sensor.transpose() * up_;

@@ -319,7 +319,7 @@ double Registration::riseToFit(const std::vector<QueryPoint>& points) const {
       point_weight_ * static_cast<double>(points.size()) / static_cast<double>(few.size());
   const double rise_m = bestRise(few, weight);
   // Walls may fit best where both were measured densely. Their ground is on another level then.
-  constexpr std::size_t kFewestOnGround = 5;
+  constexpr std::size_t kFewestOnGround = 5;  // and a quarter of it
   std::vector<QueryPoint> ground;
   for (const QueryPoint& q : few) {
     if (isGround(kindOfGroup(q.group))) ground.push_back(q);
@@ -333,7 +333,8 @@ double Registration::riseToFit(const std::vector<QueryPoint>& points) const {
   if (ground.size() < kFewestOnGround || 2 * there >= ground.size()) return rise_m;
   const double by_ground_m = bestRise(ground, weight);
   const std::size_t most = onGround(by_ground_m);
-  return most >= kFewestOnGround && 2 * there < most ? by_ground_m : rise_m;
+  const std::size_t fewest = std::max(kFewestOnGround, ground.size() / 4);
+  return most >= fewest && 2 * there < most ? by_ground_m : rise_m;
 }
 
 /// Of some points, each of which counts `weight`.

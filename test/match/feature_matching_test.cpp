@@ -93,6 +93,31 @@ TEST(FeatureMatching, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
+TEST(FeatureMatching, OfAMirrorImageIsThatOfMirroredPoints) {
+  const FeatureCloud map = features(room(1, 0, 4.2, 2), kMiddle);
+  const auto flipped = [](LabelledCloud cloud) {
+    for (Point& p : cloud.points) p.y *= -1;
+    return cloud;
+  };
+  for (const bool is_mirror_image : {false, true}) {
+    LabelledCloud seen = room(1, 1.2, 6, 3);
+    Vector3d eye = kMiddle;
+    if (is_mirror_image) {
+      seen = flipped(seen);
+      eye.y() *= -1;
+    }
+    const auto by_features = matchFeatures(features(seen, eye).mirrored(), map, 1);
+    eye.y() *= -1;
+    const auto by_points = matchFeatures(features(flipped(seen), eye), map, 1);
+    ASSERT_EQ(by_features.empty(), by_points.empty());
+    if (by_points.empty()) continue;
+    EXPECT_NEAR(by_features[0].share, by_points[0].share, is_mirror_image ? 0.01 : 0.1);
+    if (is_mirror_image) {
+      EXPECT_GT(by_features[0].share, 0.3);
+    }
+  }
+}
+
 TEST(FeatureMatching, LaysLessOfAnotherRoomOnTheMap) {
   const FeatureCloud map = features(room(1, 0, 4.2, 2), kMiddle);
   const auto own = matchFeatures(features(room(1, 1.2, 6, 3), kMiddle), map, 1);

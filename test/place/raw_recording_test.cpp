@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "base/random.h"
+#include "xview/base/error.h"
 #include "xview/io/label_files.h"
 
 namespace xview {
@@ -74,6 +75,18 @@ TEST(RawRecording, ACloudWithYUpOrDownHasTheShapesOfOneWithZUp) {
 }
 
 /// Check fix for: scans of scanners that hang or lie on their sides had walls for ground.
+/// Before shapes are looked for, which of a thousand times as much take minutes.
+TEST(RawRecording, ACloudInMillimetresIsRefused) {
+  pcl::PointCloud<Point> points = street();
+  for (Point& p : points) p.getVector3fMap() *= 1000;
+  try {
+    labelsOf(points);
+    FAIL() << "nothing was said";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("are their units millimetres"), std::string::npos);
+  }
+}
+
 TEST(RawRecording, AScanHasItsShapesHoweverTheScannerStands) {
   pcl::PointCloud<Point> upright = street();
   for (Point& p : upright) p.getVector3fMap() -= Eigen::Vector3f(30, 5, 1.8F);

@@ -101,11 +101,29 @@ TEST(Storeys, OfACloudAreNoneWhereNothingLiesAboveAFloorThatOneCanStandOn) {
   hall.place.poses.clear();
   EXPECT_TRUE(hall.storeys().empty());
   for (double x = 0; x < 20; x += 0.05) {
-    for (double y = 0.5; y <= 0.9; y += 0.1) hall.addPoint(x, y, 2.1, kWallClass);
+    for (double y = 0.55; y <= 0.95; y += 0.1) hall.addPoint(x, y, 2.1, kWallClass);
+    for (double z = 0.1; z < 2.1; z += 0.1) hall.addPoint(x, 0.75, z, kWallClass);
     for (double y = -2; y <= 2; y += 0.1) hall.addPoint(x + 30, y, 2, kFloorClass);
     for (double z = 2.1; z < 4; z += 0.1) hall.addPoint(x + 30, 2, z, kWallClass);
   }
   EXPECT_TRUE(hall.storeys().empty());
+}
+
+TEST(Storeys, OfACloudAreNoneOfRoofsBesideTrees) {
+  Building yard(0);
+  const auto isContainer = [](double x, double y) {
+    return std::fmod(x, 20) < 12 && std::fmod(y, 5) < 2.5;
+  };
+  for (double x = 0; x < 60; x += 0.2) {
+    for (double y = 0; y < 60; y += 0.2) {
+      const bool is_tree = x > 50 && y > 40;
+      yard.addPoint(x, y, isContainer(x, y) ? 2.6 : 0, kFloorClass);
+      for (double z = 0.5; is_tree && z < 6; z += 0.2) yard.addPoint(x, y, z, kWallClass);
+      const bool is_side = isContainer(x, y) && std::fmod(y, 5) < 0.15;
+      for (double z = 0.2; is_side && z < 2.6; z += 0.2) yard.addPoint(x, y, z, kWallClass);
+    }
+  }
+  EXPECT_TRUE(yard.storeys().empty());
 }
 
 TEST(Storeys, AreNoneOfATownWhoseOdometryDriftsUp) {
