@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,5 +25,8 @@ bool isBag(const std::string& path);
 /// Its topics by name, and which of them openRecording() would read. Throws Error, or UsageError if
 /// options.topic or options.odometry is none of them.
 std::vector<BagTopic> bagTopics(const std::string& path, const InputOptions& options = {});
+/// T_base_sensor of the measurements that openRecording() would read, by the static transforms of
+/// the bag: of the base that its odometry moves, mostly base_link. Nothing if they do not say.
+std::optional<Eigen::Isometry3d> mountingIn(const std::string& path, const InputOptions& options);
 
 }  // namespace xview::io

@@ -115,11 +115,11 @@ using Header = std::string (*)(const std::vector<Column>& columns, std::uint64_t
                                const std::string& comments);
 
 /// `colors`: columns of the colour of a class, which appendColor(row, color) writes. `mark`: before
-/// comments.
+/// comments. `scalar`: name of a column with the class as a float, or null.
 template <class AppendColor>
 void writePoints(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels,
-                 Header header, const char* mark, const std::vector<Column>& colors,
-                 AppendColor appendColor) {
+                 Header header, const char* mark, const char* scalar,
+                 const std::vector<Column>& colors, AppendColor appendColor) {
   const bool doubles = needsDoubles(cloud), instances = cloud.hasInstances(),
              sigmas = cloud.hasSigmas();
   const ScalarType coordinates = doubles ? ScalarType::f64 : ScalarType::f32;
@@ -127,6 +127,7 @@ void writePoints(const std::string& path, const LabelledCloud& cloud, const Labe
   for (const char* axis : {"x", "y", "z"}) columns.push_back({axis, coordinates, 1, {}});
   if (labels) columns.insert(columns.end(), colors.begin(), colors.end());
   columns.push_back({"label", ScalarType::u32, 1, {}});
+  if (labels && scalar) columns.push_back({scalar, ScalarType::f32, 1, {}});
   if (instances) columns.push_back({"instance", ScalarType::u32, 1, {}});
   if (sigmas) columns.push_back({"sigma", ScalarType::f32, 1, {}});
   const std::string beginning =
@@ -147,6 +148,7 @@ void writePoints(const std::string& path, const LabelledCloud& cloud, const Labe
     }
     if (labels) appendColor(row, labels->color(cloud.points[i].label));
     appendNumber(row, cloud.points[i].label);
+    if (labels && scalar) appendNumber(row, static_cast<float>(cloud.points[i].label));
     if (instances) appendNumber(row, cloud.points[i].instance);
     if (sigmas) appendNumber(row, cloud.points[i].sigma);
     file.write(row);
@@ -263,13 +265,14 @@ float largestFloatCoordinate(const std::string& path) {
   return largest;
 }
 
-TellingPoints tellingPoints(const std::string& path, double enough) {
+ClassifiedPoints classifiedPoints(const std::string& path,
+                                  const std::function<bool(const ClassifiedPoints&)>& isEnough) {
   struct Found {};
-  constexpr std::uint32_t kTellNothing[] = {0, 1, 2, 7, 8, 12, 18, 20};
+  constexpr std::uint32_t kTellNothing[] = {0, 1, 2, 7, 8, 12, 18, 20}, kLastUnclassified = 1;
   InputFile file(path);
   const FileLayout layout = readCloudLayout(file);
   const Element& points = pointsIn(layout, file);
-  TellingPoints result;
+  ClassifiedPoints result;
   const auto label = findIdColumns(points, {}, file).label;
   if (!label) return result;
   result.all = points.rows;
@@ -277,9 +280,9 @@ TellingPoints tellingPoints(const std::string& path, double enough) {
     readTable(file, layout, points, {*label}, [&](const double* value, const RowPlace&) {
       const auto id = static_cast<std::uint32_t>(*value) & layout.label_bits;
       const auto end = std::end(kTellNothing);
+      result.classified += id > kLastUnclassified;
       result.telling += std::find(std::begin(kTellNothing), end, id) == end;
-      if (static_cast<double>(result.telling) >= enough * static_cast<double>(points.rows))
-        throw Found();
+      if (isEnough(result)) throw Found();
     });
   } catch (const Found&) {
   }
@@ -351,17 +354,18 @@ void writePcd(const std::string& path, const LabelledCloud& cloud, const LabelSe
   // Red, green and blue in the bits 16-23, 8-15 and 0-7, as PCL packs them into its float field
   // "rgb".
   const std::vector<Column> colors{{"rgb", ScalarType::f32, 1, {}}};
-  writePoints(
-      path, cloud, labels, pcdHeader, "# ", colors, [](std::string& row, const auto& color) {
-        appendNumber(row,
-                     (std::uint32_t{color[0]} << 16) | (std::uint32_t{color[1]} << 8) | color[2]);
-      });
+  writePoints(path, cloud, labels, pcdHeader, "# ", nullptr, colors,
+              [](std::string& row, const auto& color) {
+                appendNumber(row, (std::uint32_t{color[0]} << 16) | (std::uint32_t{color[1]} << 8) |
+                                      color[2]);
+              });
 }
 
 void writePly(const std::string& path, const LabelledCloud& cloud, const LabelSet* labels) {
   std::vector<Column> colors;
   for (const char* name : {"red", "green", "blue"}) colors.push_back({name, ScalarType::u8, 1, {}});
-  writePoints(path, cloud, labels, plyHeader, "comment ", colors,
+  // Which CloudCompare takes for a scalar field.
+  writePoints(path, cloud, labels, plyHeader, "comment ", "scalar_label", colors,
               [](std::string& row, const auto& color) {
                 for (const std::uint8_t channel : color) appendNumber(row, channel);
               });

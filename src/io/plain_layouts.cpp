@@ -89,30 +89,41 @@ std::string coarseSteps(const std::string& path) {
       largest, std::to_string(step_m).substr(0, 4));
 }
 
-/// Classes of LAS files have the numbers of the ASPRS. Where few points are told apart by them, the
-/// files are raw unless a label set was asked for.
+/// Classes of LAS files have the numbers of the ASPRS. Where most points have none, or few are told
+/// apart by them, the files are raw unless a label set was asked for.
 void chooseLasClasses(RecordingListing& listing, const InputOptions& options,
                       const fs::path& folder) {
-  constexpr double kFewest = 0.02;             // share of the points
-  constexpr std::uint64_t kEnough = 10000000;  // points that are asked
-  TellingPoints asked;
+  constexpr double kFewest = 0.05, kMost = 0.5;  // shares of the points
+  constexpr std::uint64_t kEnough = 10000000;    // points that are asked
+  ClassifiedPoints asked;
+  const auto isEnough = [](const ClassifiedPoints& points) {
+    return points.hasTelling(kFewest) && points.hasClassified(kMost);
+  };
   for (const ListedFrame& frame : listing.frames) {
     if (!options.labels.empty() || asked.all > kEnough) break;
     if (endingOf(frame.measurement) != ".las") continue;
-    const TellingPoints here =
-        tellingPoints(frame.measurement, listing.frames.size() == 1 ? kFewest : 1);
+    const bool is_only_one = listing.frames.size() == 1;
+    const ClassifiedPoints here = classifiedPoints(
+        frame.measurement, [&](const auto& points) { return is_only_one && isEnough(points); });
+    asked.classified += here.classified;
     asked.telling += here.telling;
     asked.all += here.all;
   }
-  const double share = asked.all > 0 ? static_cast<double>(asked.telling) / asked.all : 0;
-  if (share < kFewest && options.labels.empty()) {
+  if (options.labels.empty() && (asked.all == 0 || !isEnough(asked))) {
+    const auto percentOf = [&](std::uint64_t part) {
+      return 100 * static_cast<double>(part) / static_cast<double>(asked.all);
+    };
     listing.notes.push_back(
         asked.telling == 0
             ? std::string("its points have no class but unclassified, ground or noise")
+        : asked.hasTelling(kFewest)
+            ? fmt::format("{:.0f} % of its points are unclassified; `--labels las` would take the "
+                          "classes of the others",
+                          percentOf(asked.all - asked.classified))
             : fmt::format(
                   "only {:.2g} % of its points have a class other than unclassified, ground "
                   "or noise, which `--labels las` would take",
-                  100 * share));
+                  percentOf(asked.telling)));
     return;
   }
   listing.labels =

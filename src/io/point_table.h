@@ -168,13 +168,21 @@ bool hasRings(const std::string& bin_path);
 /// a binary file; else 0. No more is read.
 float largestFloatCoordinate(const std::string& path);
 
-/// How many points of a LAS file have a class that tells things apart: any but those of points that
-/// nobody classified, of ground, of noise and of overlapping flight lines. Reads no farther than to
-/// where they are the share `enough` of all.
-struct TellingPoints {
-  std::uint64_t telling = 0, all = 0;
+/// How many points of a LAS file were classified, and how many have a class that tells things
+/// apart: none of ground, of noise and of overlapping flight lines.
+struct ClassifiedPoints {
+  std::uint64_t classified = 0, telling = 0, all = 0;
+  bool hasClassified(double share) const { return isShare(classified, share); }
+  bool hasTelling(double share) const { return isShare(telling, share); }
+
+ private:
+  bool isShare(std::uint64_t part, double share) const {
+    return static_cast<double>(part) >= share * static_cast<double>(all);
+  }
 };
-TellingPoints tellingPoints(const std::string& path, double enough);
+/// Reads no farther than to where `isEnough`.
+ClassifiedPoints classifiedPoints(const std::string& path,
+                                  const std::function<bool(const ClassifiedPoints&)>& isEnough);
 
 /// Throws Error if something other than blanks, blank lines or a little padding with zeros follows
 /// the last row.

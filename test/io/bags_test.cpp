@@ -222,8 +222,13 @@ TEST_F(Bags, TransformsAndPosesServeWhereThereIsNoOdometry) {
       pose.header(stamp_s, "odom").pose(bodyAt(stamp_s) * kT_base_lidar);
       poses.push_back({"/pose", "geometry_msgs/PoseStamped", ns(stamp_s), pose.bytes()});
     }
-    expectDrive(*openRecording(write(name, transforms)));
-    const auto source = openRecording(write(name, poses));
+    const std::string of_transforms = write(name, transforms);
+    expectDrive(*openRecording(of_transforms));
+    ASSERT_TRUE(mountingIn(of_transforms, {}));
+    EXPECT_TRUE(mountingIn(of_transforms, {})->isApprox(kT_base_lidar, 1e-9));
+    const std::string of_poses = write(name, poses);
+    EXPECT_FALSE(mountingIn(of_poses, {})) << "no transform says it";
+    const auto source = openRecording(of_poses);
     ASSERT_EQ(source->size(), static_cast<std::size_t>(kClouds));
     EXPECT_LT(
         (source->pose(3).translation() - (bodyAt(stampOf(3)) * kT_base_lidar).translation()).norm(),
@@ -231,6 +236,12 @@ TEST_F(Bags, TransformsAndPosesServeWhereThereIsNoOdometry) {
     ASSERT_EQ(source->notes().size(), 1u);
     EXPECT_NE(source->notes()[0].find("no static transform from 'lidar'"), std::string::npos);
   }
+}
+
+TEST_F(Bags, SayWhereTheScannerIsOnTheRobot) {
+  const auto T_base_sensor = mountingIn(write("a.mcap", drive(Wire::cdr_little)), {});
+  ASSERT_TRUE(T_base_sensor);
+  EXPECT_TRUE(T_base_sensor->isApprox(kT_base_lidar, 1e-9));
 }
 
 TEST_F(Bags, FramesWithoutPosesAreLeftOutAndSaid) {
@@ -334,10 +345,10 @@ TEST_F(Bags, CloudsInTheFrameOfTheOdometryAreTakenBackToTheSensor) {
   InputOptions moved;
   moved.moved = Eigen::Affine3d(Eigen::Translation3d(100, 20, 3));
   const Frame there = openRecording(folder_ / "a.bag", moved)->read(2);
-  EXPECT_LT((there.T_odom_sensor.translation() - bodyAt(102).translation() -
-             Eigen::Vector3d(100, 20, 3))
-                .norm(),
-            1e-9);
+  EXPECT_LT(
+      (there.T_odom_sensor.translation() - bodyAt(102).translation() - Eigen::Vector3d(100, 20, 3))
+          .norm(),
+      1e-9);
   EXPECT_LT((there.cloud.position(9) - frame.cloud.position(9)).norm(), 1e-5)
       << "in the frame of the sensor";
 }

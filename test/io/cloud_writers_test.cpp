@@ -199,7 +199,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, CloudWriters,
                            return std::string(format.index == 0 ? "Pcd" : "Ply");
                          });
 
-TEST(CloudWriterColors, PlyHasThemAsBytes) {
+TEST(CloudWriterColors, PlyHasThemAsBytesAndTheClassAsAScalarField) {
   const test::TemporaryFolder folder;
   const LabelSet labels = oneClass();
   LabelledCloud cloud = randomCloud(1, false);
@@ -208,7 +208,10 @@ TEST(CloudWriterColors, PlyHasThemAsBytes) {
   const std::string bytes = test::readText(folder / "a.ply");
   EXPECT_NE(bytes.find("property uchar red\nproperty uchar green\nproperty uchar blue\n"),
             std::string::npos);
-  EXPECT_EQ(bytes.substr(bytes.size() - 7), std::string("\xFF\x80\x01", 3) + test::raw(7u));
+  EXPECT_NE(bytes.find("property uint label\nproperty float scalar_label\n"), std::string::npos);
+  EXPECT_EQ(bytes.substr(bytes.size() - 11),
+            std::string("\xFF\x80\x01", 3) + test::raw(7u) + test::raw(7.0F));
+  EXPECT_EQ(readCloud(folder / "a.ply", {}, true).points[0].label, 7u);
 }
 
 }  // namespace

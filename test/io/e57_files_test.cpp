@@ -105,6 +105,9 @@ TEST_F(E57Files, HaveSetupsThatAreReadAloneToo) {
   EXPECT_EQ(test::messageOf<Error>([&] { readCloud(path + "#3", {}, false); }),
             path + "#3: there is no such setup: it has 2 of them");
   EXPECT_NE(test::messageOf<Error>([&] { readCloud(path + "#0", {}, false); }), "");
+  ASSERT_EQ(readCloudHeader(path).notes.size(), 1U);
+  EXPECT_EQ(readCloudHeader(path).notes[0].rfind("all 2 setups have the same pose; ", 0), 0U);
+  EXPECT_TRUE(readCloudHeader(path + "#2").notes.empty());
   const std::string one = write(test::e57Paged(test::e57Content({first})));
   EXPECT_EQ(setupsOf(one), std::vector<std::string>{one});
 }

@@ -294,13 +294,18 @@ TEST_F(LasFiles, WhatNobodyClassifiedIsRaw) {
 TEST_F(LasFiles, OfWhichFewPointsAreClassifiedAreRaw) {
   LasFile file = threePoints(1);
   for (LasPoint& point : file.points) point.class_byte = 6;
-  file.points.resize(200, {{12345678, -2345, 100}, 1});
+  file.points.resize(200, {{12345678, -2345, 100}, 2});
   const auto few = openRecording(write("few.las", file.bytes()));
   EXPECT_TRUE(few->labels().empty());
   ASSERT_FALSE(few->notes().empty());
   EXPECT_NE(few->notes()[0].find("only 1.5 % of its points"), std::string::npos) << few->notes()[0];
-  for (int i = 3; i < 10; ++i) file.points[static_cast<std::size_t>(i)].class_byte = 5;
+  for (int i = 3; i < 40; ++i) file.points[static_cast<std::size_t>(i)].class_byte = 5;
   EXPECT_EQ(openRecording(write("enough.las", file.bytes()))->labels().name(), "las");
+  for (int i = 40; i < 160; ++i) file.points[static_cast<std::size_t>(i)].class_byte = 1;
+  const auto most_are_not = openRecording(write("most.las", file.bytes()));
+  EXPECT_TRUE(most_are_not->labels().empty());
+  EXPECT_NE(most_are_not->notes().at(0).find("60 % of its points are unclassified"),
+            std::string::npos);
 }
 
 TEST_F(LasFiles, DamagedOnesEndInACloudOrAnError) {

@@ -223,6 +223,13 @@ std::vector<BagTopic> bagTopics(const std::string& path, const InputOptions& opt
   return topics;
 }
 
+std::optional<Eigen::Isometry3d> mountingIn(const std::string& path, const InputOptions& options) {
+  const Bag bag(path);
+  const Choice choice = chooseTopics(bag, options);
+  if (!choice.measurements || !choice.odometry) return std::nullopt;
+  return Motion(bag, *choice.measurements, choice.odometry, false).onBase();
+}
+
 RecordingListing listBag(const std::string& path, const InputOptions& options) {
   const auto bag = std::make_shared<const Bag>(path);
   const Choice choice = chooseTopics(*bag, options);

@@ -182,6 +182,17 @@ std::optional<Eigen::Isometry3d> Motion::mounting() const {
   return std::nullopt;
 }
 
+std::optional<Eigen::Isometry3d> Motion::onBase() const {
+  const bool is_apart = !isOfTransforms() && sensor_frame_ != base_frame_ && !mounted_.is_static;
+  if (is_registered_ || is_apart) return std::nullopt;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (const Link* link : chain_) {
+    if (!link->is_static) return T;
+    T = link->poses.front().T_frame_sensor * T;
+  }
+  return std::nullopt;
+}
+
 void Motion::makeChain() {
   is_registered_ = sensor_frame_ == moved_.parent && sensor_frame_ != base_frame_;
   if (is_registered_) {

@@ -34,6 +34,9 @@ class Motion {
   bool isKnown() const { return !chain_.empty(); }
   /// T_odom_sensor; none if the poses around that time are too far apart.
   std::optional<Eigen::Isometry3d> at(double stamp_s) const;
+  /// T_base_sensor, the base being what moves: over static transforms; none if they do not lead
+  /// there.
+  std::optional<Eigen::Isometry3d> onBase() const;
   std::string span() const;  ///< of the poses, in words
   /// Whether there is a pose for any measurement.
   bool meets() const;

@@ -217,6 +217,14 @@ FileLayout readE57Header(InputFile& file) {
       fmt::format("E57, {} scan{}", document.scans.size(), document.scans.size() == 1 ? "" : "s");
   layout.encoding = Encoding::packets;
   layout.setups = document.scans.size();
+  const auto hasFirstPose = [&](const E57Scan& scan) {
+    return scan.T_file_scan.isApprox(document.scans[0].T_file_scan, 1e-9);
+  };
+  if (layout.setups > 1 && std::all_of(document.scans.begin(), document.scans.end(), hasFirstPose))
+    layout.notes.push_back(fmt::format(
+        "all {} setups have the same pose; if nobody has registered them: xview map --join {} "
+        "MAP.xvm",
+        layout.setups, pages.file().path()));
   layout.georeference = document.coordinates;
   layout.ends_with_rows = false;  // other sections and the XML follow
   Element points;
