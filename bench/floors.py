@@ -102,7 +102,7 @@ def main():
                                 max(4, frames // 2), "--json", "-q", *labels).splitlines()
                     for answer in map(json.loads, lines):
                         count["windows"] += 1
-                        if "pose" not in answer:
+                        if not answer.get("pose"):
                             continue
                         row = truths[answer["query"]["last_frame"]]
                         truth = [float(row[1 + axis]) + shift[axis] for axis in range(3)]

@@ -8,9 +8,9 @@
 
 Sensors are those of bench/scanners, with 10 % of the patches labelled wrong or (--raw) no labels. A query is a window
 of a second visit the other way round, whose odometry begins with the identity however its sensor is mounted. Queries
-from the air are discs of 60 m. A cell says how many windows are accepted and how many were right within half a metre;
-with ! the number that was accepted further off than two metres (half a metre in rooms), and ? where the map is of
-another world. Exit code 1 if there is one.
+from the air are discs of 60 m. A cell says how many windows are accepted within half a metre, and how many are right
+so; with ~ the number that was accepted further off, with ! of those further off than two metres (half a metre in rooms),
+and ? where the map is of another world. Exit code 1 if there is a ! or a ?.
 """
 import argparse
 import json
@@ -98,23 +98,24 @@ def main():
                     *labels_of(query / "disc_0.ply"))
         truths = positions(query / "groundtruth.txt")
         wrong_m = RIGHT_M if style in ROOMS else 4 * RIGHT_M
-        count = right = accepted = wrong = 0
+        count = right = accepted = off = wrong = 0
         reasons = {}
         for answer in map(json.loads, lines.splitlines()):
             at = count if clouds else answer["query"]["last_frame"]
             count += 1
             off_m = math.inf
-            if "pose" in answer and of_world == (style, seed):
+            if answer.get("pose") and of_world == (style, seed):
                 off_m = math.dist(answer["pose"]["position"], truths[at])
             right += off_m < RIGHT_M
             if answer["status"] == "accepted":
                 accepted += off_m < RIGHT_M
+                off += RIGHT_M <= off_m <= wrong_m
                 wrong += off_m > wrong_m
                 if off_m > wrong_m:
                     print(f"accepted wrong: {query} in {place}, {answer['query']}, {off_m:.2f} m", flush=True)
             elif off_m < RIGHT_M:
                 reasons[answer["reason_code"]] = reasons.get(answer["reason_code"], 0) + 1
-        return count, right, accepted, wrong, reasons
+        return count, right, accepted, wrong, off, reasons
 
     total_wrong = 0
     with ThreadPoolExecutor(given.jobs) as pool:
@@ -129,20 +130,21 @@ def main():
             for sensor in sensors:
                 row = [sensor]
                 for of_map in of_maps:
-                    count, right, accepted, wrong, _ = own[sensor, of_map]
+                    count, right, accepted, wrong, off, _ = own[sensor, of_map]
                     strangers = elsewhere[sensor, of_map][3] if elsewhere else 0
-                    row.append(f"{accepted}/{right}/{count}" + f" !{wrong}" * (wrong > 0) +
+                    row.append(f"{accepted}/{right}/{count}" + f" ~{off}" * (off > 0) + f" !{wrong}" * (wrong > 0) +
                                f" ?{strangers}" * (strangers > 0))
                     total_wrong += wrong + strangers
                 rows.append(row)
             print(f"{world[0]} {world[1]}, accepted/right/windows:\n\n{table(rows)}\n", flush=True)
-            sums = [sum(cell[i] for cell in own.values()) for i in range(4)]
+            sums = [sum(cell[i] for cell in own.values()) for i in range(5)]
             refused = {}
             for cell in own.values():
-                for code, times in cell[4].items():
+                for code, times in cell[5].items():
                     refused[code] = refused.get(code, 0) + times
             strangers = [sum(cell[i] for cell in elsewhere.values()) for i in (0, 3)]
-            print(f"{sums[0]} windows, {sums[1]} right, {sums[2]} accepted, {sums[3]} wrong; right ones refused: "
+            print(f"{sums[0]} windows, {sums[1]} right, {sums[2]} accepted, {sums[4]} accepted further off, "
+                  f"{sums[3]} wrong; right ones refused: "
                   f"{refused}; of another world {strangers[1]} of {strangers[0]} accepted\n", flush=True)
     return total_wrong > 0
 
