@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   const auto drive = xview::io::openRecording(argv[1]),
              recording = xview::io::openRecording(argv[2]);
   xview::map::SemanticMap map = xview::buildMap(*drive, options);
-  std::cout << "map: " << map.graph.size() << " vertices, " << map.graph.edgeCount() << " edges\n";
+  std::cout << "map: " << map.graph.size() << " vertices\n";
   const xview::Localizer localizer(std::move(map), options);
 
   const std::size_t window = argc > 3 ? std::stoul(argv[3]) : 30;

@@ -190,9 +190,35 @@ std::vector<Hypothesis> hypothesesFrom(const Json& json, double scale) {
     hypothesis.T_map_query = transformFrom((*list)[i], scale);
     hypothesis.score = (*list)[i].value("score", 0.0);
     hypothesis.inliers = wholeNumber<decltype(hypothesis.inliers)>((*list)[i], "inliers", 0);
+    hypothesis.proposer = enumeratorNamed((*list)[i].value("proposer", ""), Proposer::search)
+                              .value_or(hypothesis.proposer);
     hypotheses.push_back(hypothesis);
   }
   return hypotheses;
+}
+
+/// Keys that a file of another program may lack, or mean otherwise: then they say nothing.
+void readDetails(const Json& json, Answer& answer) {
+  const auto textIn = [&](const char* key) {
+    const auto text = json.find(key);
+    return text != json.end() && text->is_string() ? text->get<std::string>() : "";
+  };
+  const auto number = [](const Json& in, const char* key, auto& value) {
+    if (const auto found = in.find(key); found != in.end() && found->is_number())
+      value = found->get<std::decay_t<decltype(value)>>();
+  };
+  Localization& fix = answer.fix;
+  fix.reason_code =
+      enumeratorNamed(textIn("reason_code"), ReasonCode::not_comparable).value_or(fix.reason_code);
+  answer.budget_exhausted = textIn("budget_exhausted");
+  answer.size = textIn("size");
+  number(json, "inliers", fix.inliers);
+  number(json, "vertices", fix.vertices);
+  const auto witnesses = json.find("witnesses");
+  if (witnesses == json.end() || !witnesses->is_object()) return;
+  number(*witnesses, "place", fix.witnesses.place);
+  number(*witnesses, "correspondences", fix.witnesses.correspondences);
+  number(*witnesses, "dense", fix.witnesses.dense);
 }
 
 Answer answerFrom(const std::string& line) {
@@ -214,15 +240,7 @@ Answer answerFrom(const std::string& line) {
   answer.fix.status = statusFrom(json.at("status").get<std::string>());
   answer.fix.confidence = json.at("confidence").get<double>();
   answer.fix.reason = json.value("reason", "");
-  answer.fix.reason_code =
-      enumeratorNamed(json.value("reason_code", ""), ReasonCode::not_comparable)
-          .value_or(answer.fix.reason_code);
-  answer.budget_exhausted = json.value("budget_exhausted", "");
-  answer.size = json.value("size", "");
-  answer.fix.inliers = wholeNumber(json, "inliers", answer.fix.inliers);
-  answer.fix.vertices = wholeNumber(json, "vertices", answer.fix.vertices);
-  if (const auto w = json.find("witnesses"); w != json.end())
-    answer.fix.witnesses = {w->at("place"), w->at("correspondences"), w->at("dense")};
+  readDetails(json, answer);
   answer.fix.scale = json.value("scale", 1.0);
   if (!(answer.fix.scale > 0)) throw std::invalid_argument("scale is not positive");
   const auto pose = json.find("pose");

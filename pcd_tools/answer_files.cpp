@@ -171,16 +171,16 @@ std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& c
       T_sensor_base ? pose::movedCovariance(covariance_of_sensor, T_map_sensor.translation(), p)
                     : covariance_of_sensor;
   const Eigen::Quaterniond q(T_map_base.linear());
-  const double whole_s = std::floor(stamp_s);
+  const auto stamp_us = std::llround(1e6 * stamp_s);  // a double has no more of a stamp of today
   std::string text = T_sensor_base
-                         ? "# pose of the base of the robot (--T_sensor_base)\n"
+                         ? "# pose of the base of the robot\n"
                          : "# pose of the sensor, not of base_link: of a camera it is that of the "
                            "optical frame, z forward; --T_sensor_base gives the base\n";
   text += fmt::format(
-      "header:\n  stamp: {{sec: {:.0f}, nanosec: {:.0f}}}\n  frame_id: map\npose:\n  pose:\n"
+      "header:\n  stamp: {{sec: {}, nanosec: {}}}\n  frame_id: map\npose:\n  pose:\n"
       "    position: {{x: {}, y: {}, z: {}}}\n    orientation: {{x: {}, y: {}, z: {}, w: {}}}\n"
       "  covariance: [",
-      whole_s, std::floor(1e9 * (stamp_s - whole_s)), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(),
+      stamp_us / 1000000, stamp_us % 1000000 * 1000, p.x(), p.y(), p.z(), q.x(), q.y(), q.z(),
       q.w());
   for (Eigen::Index i = 0; i < 36; ++i)
     text += fmt::format("{}{}", i == 0 ? "" : ", ", covariance(i / 6, i % 6));
@@ -297,6 +297,8 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
 }
 
 void AnswerFiles::complete(const QueryInput& input, const Localizer& localizer, const Job& job) {
+  if (!initial_pose_.empty())
+    T_sensor_base_ = sensorBaseOf(sensor_base_, input.path, input.options);
   if (trajectory_.empty() || !input.source || fixes_.empty() || !job.options.scale.empty()) return;
   // Odometry leads back from the end of a QUERY of one piece, whatever part of it was looked for.
   was_found_ = found_.is_found;
@@ -337,7 +339,7 @@ void AnswerFiles::end(const Job& job) const {
     removeStale(initial_pose, job.narrate);
   } else {
     writeFile(initial_pose, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,
-                                        accepted_.back().stamp_s, parseSensorBase(sensor_base_)));
+                                        accepted_.back().stamp_s, T_sensor_base_));
   }
 }
 

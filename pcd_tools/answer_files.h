@@ -64,6 +64,7 @@ class AnswerFiles {
   void writePage(const map::SemanticMap& map, const Job& job) const;
 
   std::string explain_, tum_, trajectory_, matrix_, initial_pose_, sensor_base_;
+  std::optional<Eigen::Isometry3d> T_sensor_base_;  ///< of this QUERY
   bool are_several_ = false;
   std::string query_;                             ///< the path of this QUERY
   std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY

@@ -12,6 +12,7 @@
 
 #include "base/median.h"
 #include "base/user_text.h"
+#include "io/bag_files.h"
 #include "terminal.h"
 
 namespace xview::tools {
@@ -55,6 +56,10 @@ std::string framesOf(const Answer& answer) {
 std::string lastName(const std::string& path) {
   const std::filesystem::path normal = std::filesystem::path(path).lexically_normal();
   return (normal.has_filename() ? normal : normal.parent_path()).filename().string();
+}
+
+bool mayHaveFrames(const std::string& query) {
+  return std::filesystem::is_directory(query) || io::isBag(query);
 }
 
 std::string timeText(double ms) { return fmt::format("{:.{}f} s", ms / 1e3, ms < 1e4 ? 2 : 1); }
@@ -109,8 +114,8 @@ AnswerTable::AnswerTable(const std::vector<std::string>& queries, double largest
   const auto longest = [&] {
     std::size_t columns = 0;
     for (const std::string& query : queries)
-      columns = std::max(columns, columnsOf(shownPath(query)) +
-                                      (std::filesystem::is_directory(query) ? kFrames : 0));
+      columns =
+          std::max(columns, columnsOf(shownPath(query)) + (mayHaveFrames(query) ? kFrames : 0));
     return columns;
   };
   const std::size_t most = std::min(room, std::max(room / 2, kLongName));

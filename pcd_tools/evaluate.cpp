@@ -5,79 +5,19 @@
 #include <cmath>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 
 #include "answer.h"
-#include "eval/evaluation.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "process/atomic_file.h"
 #include "scenes.h"
+#include "scored_files.h"
 #include "tool.h"
 #include "view/scene.h"
 #include "xview/base/error.h"
-#include "xview/io/pose_files.h"
 
 namespace xview::tools {
 namespace {
-
-/// True if the file holds poses, not answers of localize --json.
-bool isTrajectory(const std::string& path) {
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t first = line.find_first_not_of(" \t\r");
-    if (first != std::string::npos && line[first] != '#') return line[first] != '{';
-  }
-  return false;
-}
-
-/// The true pose of each stamp: that of the nearest stamp within 10 ms, as evo_ape pairs them;
-/// else, of two files of the same length whose stamps have nothing in common, that of the same
-/// line.
-std::vector<const io::StampedPose*> partnersOf(const std::vector<io::StampedPose>& found,
-                                               const std::vector<io::StampedPose>& truth) {
-  constexpr double kSame_s = 0.01;
-  std::vector<const io::StampedPose*> partners;
-  bool is_any = false;
-  for (const io::StampedPose& pose : found) {
-    const auto gap = [&](const io::StampedPose& p) { return std::abs(p.stamp_s - pose.stamp_s); };
-    const auto nearest = std::min_element(
-        truth.begin(), truth.end(), [&](const auto& a, const auto& b) { return gap(a) < gap(b); });
-    const bool has_one = nearest != truth.end() && gap(*nearest) <= kSame_s;
-    partners.push_back(has_one ? &*nearest : nullptr);
-    is_any = is_any || has_one;
-  }
-  for (std::size_t i = 0; !is_any && found.size() == truth.size() && i < found.size(); ++i)
-    partners[i] = &truth[i];
-  return partners;
-}
-
-/// The poses of a trajectory as answers that were accepted without saying how sure they are.
-std::vector<ScoredQuery> scoredTrajectory(const std::string& path, const std::string& truth_path,
-                                          const Narrative& narrate) {
-  const std::vector<io::StampedPose> found = io::readPoses(path), truth = io::readPoses(truth_path);
-  const std::vector<const io::StampedPose*> partners = partnersOf(found, truth);
-  std::vector<ScoredQuery> queries;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!partners[i]) continue;
-    ScoredQuery query;
-    query.input = path;
-    query.first_frame = query.last_frame = static_cast<std::int64_t>(i);
-    query.fix.status = Status::accepted;
-    query.fix.confidence = 1;
-    query.fix.hypotheses.resize(1);
-    query.fix.T_map_sensor = found[i].T_frame_sensor;
-    query.truth = partners[i]->T_frame_sensor;
-    queries.push_back(query);
-  }
-  if (queries.empty())
-    throw Error(path, fmt::format("none of its {} stamps is one of the {} of {} (within 0.01 s)",
-                                  found.size(), truth.size(), truth_path));
-  if (queries.size() < found.size())
-    narrate.note(fmt::format("{} of {} poses have no true one within 0.01 s and are left out",
-                             found.size() - queries.size(), found.size()));
-  return queries;
-}
 
 /// Shares of queries within a distance, from a millimetre to 100 m, evenly on a log scale.
 std::vector<Eigen::Vector2d> successCurve(const SuccessTable& table, std::size_t queries) {
@@ -233,16 +173,8 @@ class EvaluateCommand final : public Command {
   std::vector<ScoredQuery> score(const Job& job) const {
     std::vector<ScoredQuery> queries;
     for (std::size_t i = 0; i < job.operands.size(); i += 2) {
-      const std::string &results = job.operands[i], &truth_path = job.operands[i + 1];
-      if (isTrajectory(results)) {
-        const auto poses = scoredTrajectory(results, truth_path, job.narrate);
-        queries.insert(queries.end(), poses.begin(), poses.end());
-        continue;
-      }
-      const Truth truth(truth_path);
-      for (const Answer& answer : readAnswers(results))
-        queries.push_back({answer.input, answer.first_frame, answer.last_frame, answer.fix, false,
-                           truth.poseFor(answer)});
+      const auto of_file = scoredFile(job.operands[i], job.operands[i + 1], job.narrate);
+      queries.insert(queries.end(), of_file.begin(), of_file.end());
     }
     if (negatives_.empty()) return queries;
     for (const Answer& answer : readAnswers(negatives_))

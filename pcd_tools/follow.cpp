@@ -12,6 +12,7 @@
 #include "base/user_text.h"
 #include "clock.h"
 #include "inputs.h"
+#include "io/bag_files.h"
 #include "live.h"
 #include "outputs.h"
 #include "pose_text.h"
@@ -117,7 +118,34 @@ class FollowCommand final : public Command {
     });
   }
 
+  /// The frames of a bag without odometry are looked for one by one.
+  bool lacksOdometry(const std::string& path, std::size_t& frames) const {
+    if (!io::isBag(path)) return false;
+    bool has_poses = false;
+    for (const io::BagTopic& topic : io::bagTopics(path, input_.parsed())) {
+      has_poses |= topic.taken_as == "poses";
+      if (topic.taken_as == "clouds" || topic.taken_as == "depth") frames = topic.messages;
+    }
+    return !has_poses;
+  }
+
+  void replayAlone(const std::string& path, std::size_t frames) {
+    io::InputOptions options = input_.parsed();
+    const std::size_t end = std::min(options.frames.end.value_or(frames), frames),
+                      step = options.frames.step;
+    Job job = *job_;
+    for (std::size_t i = options.frames.begin; i < end; i += step) {
+      options.frames = {i, i + 1, 1};
+      const QueryInput input = openQuery(path, InputFlags(options), job, *labels_);
+      job.narrate = Narrative(Verbosity::quiet);  // notes are those of the first
+      const LiveFrame frame{path, static_cast<std::int64_t>(i), input.source->stamp(0), false};
+      answer(frame, [&] { return tools::follow(*follower_, input, frame); });
+    }
+  }
+
   void replay(const std::string& path) {
+    if (!initial_pose_.empty()) T_sensor_base_ = sensorBaseOf(sensor_base_, path, input_.parsed());
+    if (std::size_t frames = 0; lacksOdometry(path, frames)) return replayAlone(path, frames);
     const QueryInput input = openQuery(path, input_, *job_, *labels_);
     if (input.whole || input.size() == 1) {
       const LiveFrame frame{path, 0, std::nullopt, false};

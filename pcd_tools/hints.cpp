@@ -41,15 +41,44 @@ std::vector<Oddity> odditiesOf(const LabelledCloud& cloud) {
   return oddities;
 }
 
+/// Whoever swaps QUERY and MAP looks for a place in a part of it.
+std::optional<std::string> hintOfArea(const QueryInput& refused, const map::SemanticMap& map) {
+  constexpr std::size_t kTimes = 4;
+  const std::size_t shown = refused.whole->bev.known.size(), known = map.bev.known.size();
+  if (known == 0 || shown < kTimes * known) return std::nullopt;
+  return fmt::format("{} shows {} times the area of the map; are QUERY and MAP swapped?",
+                     refused.path, shown / known);
+}
+
+/// The odometry of a robot that was carried holds for what came after that.
+std::optional<std::string> hintOfWindow(const QueryInput& refused, const Localizer& localizer,
+                                        const Job& silent) {
+  constexpr std::size_t kFewest = 9, kParts = 3;
+  const std::size_t size = refused.size(), part = size / kParts;
+  if (!refused.source || size < kFewest) return std::nullopt;
+  bool is_found = false;
+  forEachWindow(refused, {{size - part, size}}, silent, [&](const Query& query, const Window&) {
+    is_found = localizer.localize(query).accepted();
+  });
+  if (!is_found) return std::nullopt;
+  return fmt::format(
+      "{}: its last {} frames are found by themselves; --window {} answers for each "
+      "so many frames",
+      refused.path, part, part);
+}
+
 }  // namespace
 
 std::optional<std::string> hintFor(const QueryInput& refused, const InputFlags& input,
-                                   const Localizer& localizer, const Job& job) {
+                                   const map::SemanticMap& map, const Localizer& localizer,
+                                   const Job& job) {
+  Job silent = job;
+  silent.narrate = Narrative(Verbosity::quiet);
+  if (const auto hint = hintOfArea(refused, map)) return hint;
+  if (const auto hint = hintOfWindow(refused, localizer, silent)) return hint;
   const bool is_one_cloud =
       refused.source && refused.source->sensor() == Sensor::cloud && refused.size() == 1;
   if (!is_one_cloud || refused.whole->cloud.empty()) return std::nullopt;
-  Job silent = job;
-  silent.narrate = Narrative(Verbosity::quiet);
   for (const Oddity& oddity : odditiesOf(refused.whole->cloud)) {
     io::InputOptions options = input.parsed();
     options.moved = Eigen::Affine3d(oddity.of_query);

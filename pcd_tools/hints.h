@@ -10,10 +10,12 @@
 
 namespace xview::tools {
 
-/// Of one cloud that was refused: the axis that is up, or the unit of its lengths, with which it is
-/// found in the map, and what to type then; nothing if there is none. It is read and looked for
-/// again, so that nothing is said that does not help.
+/// What to type of a query that was refused: that it shows far more than the map; the last frames
+/// of a recording by which it is found; the axis that is up, or the unit of the lengths of a cloud,
+/// with which it is found. Nothing if there is no such thing. But for the first one it is looked
+/// for again, so that nothing is said that does not help.
 std::optional<std::string> hintFor(const QueryInput& refused, const InputFlags& input,
-                                   const Localizer& localizer, const Job& job);
+                                   const map::SemanticMap& map, const Localizer& localizer,
+                                   const Job& job);
 
 }  // namespace xview::tools

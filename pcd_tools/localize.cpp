@@ -237,6 +237,7 @@ class LocalizeCommand final : public Command {
                       beside_ ? stdout : results.screen());
     results_ = &results;
     table_ = &table;
+    map_ = &map;
     const auto answer = [&](const std::string& query) {
       files_.begin(query);
       std::optional<Budget> budget;
@@ -321,7 +322,7 @@ class LocalizeCommand final : public Command {
       return;
     if (!input.whole || windows_.size > 0) return;
     is_hinted_ = true;
-    if (const auto text = hintFor(input, input_, localizer, job)) job.narrate.note(*text);
+    if (const auto text = hintFor(input, input_, *map_, localizer, job)) job.narrate.note(*text);
   }
 
   InputFlags input_;
@@ -332,6 +333,7 @@ class LocalizeCommand final : public Command {
   bool json_ = false, csv_ = false, beside_ = false, is_hinted_ = false;
   Results* results_ = nullptr;  ///< of this run
   AnswerTable* table_ = nullptr;
+  const map::SemanticMap* map_ = nullptr;
   Answer unanswered_;  ///< with what all answers of this run share
   std::size_t answered_ = 0, accepted_ = 0;
   std::vector<std::string> errors_;

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/case_conv.hpp>
 #include <filesystem>
 
 #include "compare/self_similarity.h"
@@ -14,7 +15,7 @@
 namespace xview::tools {
 
 std::string endingOf(const std::string& path) {
-  return std::filesystem::path(path).extension().string();
+  return boost::algorithm::to_lower_copy(std::filesystem::path(path).extension().string());
 }
 
 Results::Results(const std::string& path) {

@@ -7,6 +7,7 @@
 
 #include "base/pose.h"
 #include "base/user_text.h"
+#include "io/bag_files.h"
 #include "xview/base/error.h"
 
 namespace xview::tools {
@@ -54,6 +55,13 @@ std::optional<Eigen::Isometry3d> parseSensorBase(const std::string& text) {
          Eigen::AngleAxisd(n[5] * kDegree, Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(n[4] * kDegree, Eigen::Vector3d::UnitY()) *
          Eigen::AngleAxisd(n[3] * kDegree, Eigen::Vector3d::UnitX());
+}
+
+std::optional<Eigen::Isometry3d> sensorBaseOf(const std::string& text, const std::string& path,
+                                              const io::InputOptions& options) {
+  if (!text.empty() || !io::isBag(path)) return parseSensorBase(text);
+  const std::optional<Eigen::Isometry3d> T_base_sensor = io::mountingIn(path, options);
+  return T_base_sensor ? std::optional(T_base_sensor->inverse()) : std::nullopt;
 }
 
 }  // namespace xview::tools

@@ -63,9 +63,44 @@ Fix localize(const Seeker& seeker, const Source& source, double last_m) {
   return finished(std::move(answer), input.whole->sensor, work);
 }
 
+std::vector<Fix> judge(const Seeker& seeker, const Source& source, const py::object& T_map_query,
+                       double last_m) {
+  Work work(seeker.options);
+  const tools::QueryInput input = queryOf(source, seeker.map->labels, last_m, work);
+  const std::vector<Eigen::Isometry3d> poses = posesOf(T_map_query, "T_map_query");
+  const tools::Answer unanswered =
+      tools::answerFor(input, {0, input.size()}, *input.whole, seeker.unanswered);
+  std::vector<Fix> fixes;
+  for (Localization& fix : released([&] { return seeker.localizer->judge(*input.whole, poses); })) {
+    tools::Answer answer = unanswered;
+    answer.fix = std::move(fix);
+    fixes.push_back(finished(std::move(answer), input.whole->sensor, work));
+  }
+  return fixes;
+}
+
+py::list check(const Seeker& seeker, const Source& source, const py::object& T_map_query,
+               double reach_m, double last_m) {
+  Work work(seeker.options);
+  const tools::QueryInput input = queryOf(source, seeker.map->labels, last_m, work);
+  const std::vector<Eigen::Isometry3d> poses = posesOf(T_map_query, "T_map_query");
+  py::list list;
+  for (const PoseCheck& place :
+       released([&] { return seeker.localizer->check(*input.whole, poses, reach_m); })) {
+    py::dict item;
+    item["T_map_query"] = arrayOf<4, 4>(place.T_map_query.matrix());
+    item["score"] = place.evidence.score;
+    item["expected"] = place.evidence.expected;
+    item["map_coverage"] = place.evidence.map_coverage;
+    list.append(item);
+  }
+  work.takeNotes();
+  return list;
+}
+
 /// Every window of a recording in order, as `xview localize --window` answers them.
 std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recording, int window,
-                                 int stride) {
+                                 int stride, const py::object& on_fix) {
   if (window < 1) throw UsageError(fmt::format("window = {}, must be >= 1", window));
   if (stride < 0) throw UsageError(fmt::format("stride = {}, must be >= 0", stride));
   Work work(seeker.options);
@@ -81,6 +116,7 @@ std::vector<Fix> localizeWindows(const Seeker& seeker, const Recording& recordin
       answer.budget_exhausted = exhaustedBudget();
       const py::gil_scoped_acquire gil;
       fixes.push_back(finished(std::move(answer), query.sensor, work));
+      if (!on_fix.is_none()) on_fix(fixes.back());
     };
     tools::forEachWindow(input, tools::windowsOf(input.size(), window, stride), work.job(), take);
     return fixes;
@@ -354,9 +390,40 @@ void bindLocalize(py::module_& module) {
           "found is a Fix with a reason; raises Error where it cannot be read, UsageError where "
           "the arguments make no sense.")
       .def("localize_windows", &localizeWindows, py::arg("recording"), py::arg("window"),
-           py::arg("stride") = 0,
+           py::arg("stride") = 0, py::kw_only(), py::arg("on_fix") = py::none(),
            "A Fix for every window of `window` frames, `stride` frames apart (0: as long as the "
-           "window).")
+           "window). on_fix(fix) is called with each as it comes; what it raises ends the call.")
+      .def(
+          "check",
+          [](const Seeker& seeker, const py::object& query, const py::object& T_map_query,
+             const py::object& labels, const py::object& poses, const py::object& stamps,
+             const py::object& classes, double reach_m, double last_m) {
+            return check(seeker, {query, labels, poses, stamps, classes}, T_map_query, reach_m,
+                         last_m);
+          },
+          py::arg("query"), py::arg("T_map_query"), py::arg("labels") = py::none(),
+          py::arg("poses") = py::none(), py::arg("stamps") = py::none(),
+          py::arg("classes") = py::none(), py::kw_only(), py::arg("reach_m") = 0.0,
+          py::arg("last_m") = tools::kLastMetres,
+          "What speaks for poses (K, 4, 4) of a query that were found otherwise, without a search: "
+          "a dict for each with T_map_query (4, 4), the best pose at most reach_m away [m]; score, "
+          "and what a true pose scores on average, expected [nats]; and map_coverage, the share of "
+          "the query where the map knows anything. Raises as localize(), and UsageError with "
+          "method='walks'.")
+      .def(
+          "judge",
+          [](const Seeker& seeker, const py::object& query, const py::object& T_map_query,
+             const py::object& labels, const py::object& poses, const py::object& stamps,
+             const py::object& classes, double last_m) {
+            return judge(seeker, {query, labels, poses, stamps, classes}, T_map_query, last_m);
+          },
+          py::arg("query"), py::arg("T_map_query"), py::arg("labels") = py::none(),
+          py::arg("poses") = py::none(), py::arg("stamps") = py::none(),
+          py::arg("classes") = py::none(), py::kw_only(), py::arg("last_m") = tools::kLastMetres,
+          "A Fix for each of some poses (K, 4, 4) of a query that were found otherwise: the answer "
+          "of localize() if that finds the same pose, else the verdict on the best pose around, "
+          "beside the places that the search finds. One that is more than two metres off, in "
+          "rooms half a metre, is not accepted. Raises as check().")
       .def_property_readonly(
           "classes", [](const Seeker& s) { return namesOf(s.map->labels); },
           "Class ids and names of the map.");

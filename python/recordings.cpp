@@ -33,7 +33,7 @@ py::array imageOf(Image<Pixel> image) {
   return viewOf(kept->pixels.data(), {height, width}, {width * bytes, bytes}, kept);
 }
 
-std::vector<Eigen::Isometry3d> posesOf(const Recording& recording) {
+std::vector<Eigen::Isometry3d> posesOfFrames(const Recording& recording) {
   std::vector<Eigen::Isometry3d> poses;
   for (std::size_t i = 0; i < recording.source->size(); ++i)
     poses.push_back(recording.source->pose(i));
@@ -138,7 +138,7 @@ void bindRecording(py::module_& module) {
           },
           "What the reader guessed or left out, and why.")
       .def_property_readonly(
-          "poses", [](const Recording& r) { return arrayOf(posesOf(r)); },
+          "poses", [](const Recording& r) { return arrayOf(posesOfFrames(r)); },
           "T_odom_sensor of all frames, float64 (N, 4, 4): p_odom = T @ p_sensor [m].")
       .def_property_readonly(
           "truth",

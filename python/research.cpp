@@ -2,14 +2,16 @@
 #include <fmt/core.h>
 #include <pybind11/stl.h>
 
+#include <cmath>
+
 #include "base/label_match.h"
-#include "eval/evaluation.h"
 #include "fix.h"
 #include "match/consistency.h"
 #include "match/descriptors.h"
 #include "match/sample_consensus.h"
 #include "place/edges.h"
 #include "places.h"
+#include "scored_files.h"
 #include "xview/base/error.h"
 #ifdef XVIEW_WITH_SIM
 #include "sim/recordings.h"
@@ -186,39 +188,92 @@ py::dict simulate(const py::kwargs&) {
 }
 #endif
 
-/// Answers from a file, or those of localize().
+bool isPath(const py::object& given) {
+  return py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__");
+}
+
+/// Answers from a file, those of localize(), or poses that somebody else found.
 std::vector<tools::Answer> answersOf(const py::object& given) {
-  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__"))
-    return tools::readAnswers(pathText(given));
+  if (isPath(given)) return tools::readAnswers(pathText(given));
   std::vector<tools::Answer> answers;
   for (const py::handle item : given) {
-    if (!py::isinstance<Fix>(item)) throw UsageError("expected a list of Fix, or a .jsonl file");
-    answers.push_back(*item.cast<const Fix&>().answer);
+    if (py::isinstance<Fix>(item)) {
+      answers.push_back(*item.cast<const Fix&>().answer);
+      continue;
+    }
+    if (!py::isinstance<py::array>(item))
+      throw UsageError("expected a list of Fix or of poses (4, 4), or a file");
+    tools::Answer answer;
+    answer.first_frame = answer.last_frame = static_cast<std::int64_t>(answers.size());
+    answer.fix = tools::acceptedPose(poseOf(item, fmt::format("fixes[{}]", answers.size())));
+    answers.push_back(std::move(answer));
   }
   return answers;
+}
+
+ScoredQuery scored(const tools::Answer& answer) {
+  return {answer.input, answer.first_frame, answer.last_frame, answer.fix, false, {}};
+}
+
+std::vector<ScoredQuery> scoredQueries(const py::object& fixes, const py::object& truth) {
+  std::vector<ScoredQuery> queries;
+  if (isPath(truth)) {
+    Work work({});
+    if (isPath(fixes))
+      queries = tools::scoredFile(pathText(fixes), pathText(truth), work.job().narrate);
+    work.takeNotes();
+    if (isPath(fixes)) return queries;
+    const tools::Truth poses{pathText(truth)};
+    for (const tools::Answer& answer : answersOf(fixes)) {
+      queries.push_back(scored(answer));
+      queries.back().truth = poses.poseFor(answer);
+    }
+    return queries;
+  }
+  const std::vector<Eigen::Isometry3d> poses = posesOf(truth, "truth");
+  for (const tools::Answer& answer : answersOf(fixes)) queries.push_back(scored(answer));
+  if (poses.size() != queries.size())
+    throw UsageError(fmt::format("truth has {} poses, expected {}: one per answer", poses.size(),
+                                 queries.size()));
+  for (std::size_t i = 0; i < poses.size(); ++i) queries[i].truth = poses[i];
+  return queries;
+}
+
+template <class Values, class Get>
+py::array_t<double> column(const Values& values, Get&& get) {
+  py::array_t<double> array(static_cast<py::ssize_t>(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    array.mutable_at(static_cast<py::ssize_t>(i)) = get(values[i]);
+  return array;
 }
 
 py::object evaluateFixes(const py::object& fixes, const py::object& truth, double within_m,
                          const py::object& negatives) {
   if (!(within_m > 0)) throw UsageError(fmt::format("within_m = {}, must be > 0", within_m));
-  const std::vector<tools::Answer> answers = answersOf(fixes);
-  std::vector<ScoredQuery> queries;
-  const auto add = [&](const tools::Answer& answer) -> ScoredQuery& {
-    queries.push_back({answer.input, answer.first_frame, answer.last_frame, answer.fix, false, {}});
-    return queries.back();
-  };
-  if (py::isinstance<py::str>(truth) || py::hasattr(truth, "__fspath__")) {
-    const tools::Truth poses{pathText(truth)};
-    for (const tools::Answer& answer : answers) add(answer).truth = poses.poseFor(answer);
-  } else {
-    const std::vector<Eigen::Isometry3d> poses = posesOf(truth, "truth");
-    if (poses.size() != answers.size())
-      throw UsageError(fmt::format("truth has {} poses, expected {}: one per answer", poses.size(),
-                                   answers.size()));
-    for (std::size_t i = 0; i < answers.size(); ++i) add(answers[i]).truth = poses[i];
+  std::vector<ScoredQuery> queries = scoredQueries(fixes, truth);
+  for (const tools::Answer& answer : answersOf(negatives)) {
+    queries.push_back(scored(answer));
+    queries.back().negative = true;
   }
-  for (const tools::Answer& answer : answersOf(negatives)) add(answer).negative = true;
-  return py::module_::import("json").attr("loads")(evaluationJson(evaluate(queries, within_m)));
+  const Evaluation evaluation = evaluate(queries, within_m);
+  py::object result = py::module_::import("json").attr("loads")(evaluationJson(evaluation));
+  const auto& curve = evaluation.curve;
+  py::dict pr;
+  pr["threshold"] = column(curve, [](const PrecisionRecall& p) { return p.threshold; });
+  pr["precision"] = column(curve, [](const PrecisionRecall& p) { return p.precision; });
+  pr["recall"] = column(curve, [](const PrecisionRecall& p) { return p.recall; });
+  result["pr"] = pr;
+  py::dict per_query;
+  const auto ofTruth = [](double (ScoredQuery::*error)() const) {
+    return [error](const ScoredQuery& q) { return q.negative ? std::nan("") : (q.*error)(); };
+  };
+  per_query["error_m"] = column(queries, ofTruth(&ScoredQuery::positionError));
+  per_query["error_deg"] = column(queries, ofTruth(&ScoredQuery::rotationError));
+  per_query["confidence"] = column(queries, [](const auto& q) { return q.fix.confidence; });
+  per_query["accepted"] =
+      column(queries, [](const auto& q) { return q.fix.accepted(); }).attr("astype")("bool");
+  result["per_query"] = per_query;
+  return result;
 }
 
 }  // namespace
@@ -270,9 +325,12 @@ void bindResearch(py::module_& module) {
   module.def("evaluate", &evaluateFixes, py::arg("fixes"), py::arg("truth"),
              py::arg("within_m") = 5.0, py::arg("negatives") = py::tuple(),
              "Errors, success and precision-recall of answers, as the dict of summary.json of "
-             "`xview evaluate`. fixes, negatives: lists of Fix, or .jsonl files; truth: "
-             "T_map_sensor (N, 4, 4) per answer [m], or a TUM or KITTI file. An answer within "
-             "`within_m` is correct.");
+             "`xview evaluate`, with arrays: 'pr' (threshold, precision, recall) and 'per_query' "
+             "(error_m, error_deg, confidence, accepted; negatives last, whose errors are NaN; "
+             "infinite without a pose). fixes: a list of Fix or of T_map_sensor (4, 4) [m], which "
+             "count as accepted, or a .jsonl, TUM or KITTI file; truth: T_map_sensor (N, 4, 4) per "
+             "answer [m], or a TUM or KITTI file; negatives: a list of Fix, or a .jsonl file. An "
+             "answer within `within_m` is correct.");
   module.def(
       "simulate", &simulate,
       "Recordings of a seeded world by the name of their session, with their truth: "

@@ -137,6 +137,12 @@ class Localizer {
   /// Pose, covariance and correspondences for a place that was found otherwise; status, confidence
   /// and reason are left to the caller.
   Localization describe(const Query& query, const PoseCheck& place) const;
+  /// The verdict on poses that were found otherwise: that of localize() if it finds the same pose,
+  /// else that on the best pose around, beside the places that the search finds; one that is more
+  /// than two canonical metres off is not accepted. UsageError with method walks, which cannot say,
+  /// and if a pose is no rigid motion or lies 1e8 m or more away.
+  std::vector<Localization> judge(const Query& query,
+                                  const std::vector<Eigen::Isometry3d>& T_map_query) const;
   /// What the evidence for a place says in this map, with the options of the localizer.
   verdict::Verdict judge(const verdict::Evidence& evidence) const;
   /// False if the prior of the options excludes this pose of the query.
@@ -151,7 +157,9 @@ class Localizer {
   Localizer(CanonicalMap map, const Options& options, const ClassNames& names);
   const map::SemanticMap& map() const;  ///< UsageError if it was moved from
   const PlaceIndex& indexFor(const Query& query) const;
-  Localization localizeNear(const Query& query, const std::optional<ExpectedPose>& expected) const;
+  Localization localizeNear(const Query& query, const std::optional<ExpectedPose>& expected,
+                            const Eigen::Isometry3d* claimed = nullptr,
+                            double second_best_score = 0) const;
   void askFeatures(const Query& query, const PlaceIndex& index, Localization& answer) const;
   void requireSupport(const Query& query, Localization& answer) const;
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Types of the compiled module. Shapes and units are in the docstrings, which help() prints.
 import os
-from typing import Any, Iterator, Literal, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterator, Literal, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,7 +215,37 @@ class Localizer:
         *,
         last_m: float = 150,
     ) -> Fix: ...
-    def localize_windows(self, recording: Recording, window: int, stride: int = 0) -> list[Fix]: ...
+    def localize_windows(
+        self,
+        recording: Recording,
+        window: int,
+        stride: int = 0,
+        *,
+        on_fix: Optional[Callable[[Fix], object]] = None,
+    ) -> list[Fix]: ...
+    def check(
+        self,
+        query: Union[Clouds, Recording, Graph, Map],
+        T_map_query: Union[NDArray[np.float64], Sequence[NDArray[np.float64]]],
+        labels: Optional[Union[Ids, Sequence[Ids]]] = None,
+        poses: Optional[Union[NDArray[np.float64], Sequence[NDArray[np.float64]]]] = None,
+        stamps: Optional[Union[float, Sequence[float], NDArray[np.float64]]] = None,
+        classes: Optional[Classes] = None,
+        *,
+        reach_m: float = 0.0,
+        last_m: float = 150,
+    ) -> list[dict[str, Any]]: ...
+    def judge(
+        self,
+        query: Union[Clouds, Recording, Graph, Map],
+        T_map_query: Union[NDArray[np.float64], Sequence[NDArray[np.float64]]],
+        labels: Optional[Union[Ids, Sequence[Ids]]] = None,
+        poses: Optional[Union[NDArray[np.float64], Sequence[NDArray[np.float64]]]] = None,
+        stamps: Optional[Union[float, Sequence[float], NDArray[np.float64]]] = None,
+        classes: Optional[Classes] = None,
+        *,
+        last_m: float = 150,
+    ) -> list[Fix]: ...
     @property
     def classes(self) -> dict[int, str]: ...
 
@@ -272,7 +302,7 @@ def consensus(
     query: Graph, map: Graph, pairs: Ids, **options: Option
 ) -> Tuple[Optional[NDArray[np.float64]], NDArray[np.uint32]]: ...
 def evaluate(
-    fixes: Union[Sequence[Fix], Path],
+    fixes: Union[Sequence[Union[Fix, NDArray[np.float64]]], NDArray[np.float64], Path],
     truth: Union[NDArray[np.float64], Sequence[NDArray[np.float64]], Path],
     within_m: float = 5.0,
     negatives: Union[Sequence[Fix], Path] = (),

@@ -117,15 +117,14 @@ Priors PlaceIndex::priorsOf(const Query& given, const Query& upright,
 }
 
 /// The way of a query, in the frames of the caller.
-Localization PlaceIndex::localize(const Query& given, const ExpectedPose* expected,
-                                  const std::vector<match::FeaturePose>& features) const {
+Localization PlaceIndex::localize(const Query& given, const PoseHints& hints) const {
   Stopwatch watch;
   if (const auto reason = whyUnfindable(given, map)) return unfindable(given, *reason);
   const std::optional<Query> centred =
       given.cloud.empty() ? std::nullopt : seenFromItsCentre(given);
   const Query& query = centred ? *centred : given;
   FrameHypothesis frame;
-  Localization answer = inAlignedFrames(query, expected, features, frame);
+  Localization answer = inAlignedFrames(query, hints, frame);
   leaveAlignedFrames(query, frame, answer);
   if (centred) {
     const Eigen::Vector3d centre = answer.T_map_sensor.translation();
@@ -142,12 +141,14 @@ Localization PlaceIndex::localize(const Query& given, const ExpectedPose* expect
 }
 
 /// Where may it be, which vertices correspond there, what is its pose, and is it to be believed?
-Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose* expected,
-                                         const std::vector<match::FeaturePose>& features,
+Localization PlaceIndex::inAlignedFrames(const Query& given, const PoseHints& hints,
                                          FrameHypothesis& frame) const {
   Localization answer;
-  double second_best_score = 0;
-  frame = chooseFrame(given, expected, second_best_score, answer.timing_ms);
+  const ExpectedPose* const expected = hints.expected;
+  const std::vector<match::FeaturePose>& features = hints.features;
+  double second_best_score = hints.second_best_score;
+  frame = hints.claimed ? FrameHypothesis{alignmentOf(given, *hints.claimed), 1}
+                        : chooseFrame(given, expected, second_best_score, answer.timing_ms);
   const AlignedQuery query(given, frame);
   const Priors priors = priorsOf(given, *query, expected);
 
@@ -159,9 +160,10 @@ Localization PlaceIndex::inAlignedFrames(const Query& given, const ExpectedPose*
     T_by_features = features[0].T_map_query * frame.R_up.conjugate();
     addProposed(T_by_features, found);
   }
+  if (hints.claimed) putFirst(toAligned(given, *hints.claimed), found);
   matchVertices(*query, found, answer.timing_ms);
   RegisteredPlaces registered = registerPlaces(*query, found, answer);
-  moveLikeliestToFront(found, registered);
+  if (!hints.claimed) moveLikeliestToFront(found, registered);
   report(found, static_cast<std::size_t>(options.places.hypotheses), answer);
   answer.scale = frame.scale;
 
@@ -422,16 +424,21 @@ Localization Localizer::localize(const Query& query, const ExpectedPose& expecte
 }
 
 Localization Localizer::localizeNear(const Query& query,
-                                     const std::optional<ExpectedPose>& expected) const {
+                                     const std::optional<ExpectedPose>& expected,
+                                     const Eigen::Isometry3d* claimed,
+                                     double second_best_score) const {
   return withinBudget([&] {
     askBudget("the index");
     const PlaceIndex& index = indexFor(query);
     std::optional<ExpectedPose> canonical;
     if (expected) canonical = scaledPose(1 / size_, *expected);
-    Localization answer = inMetres(index.localize(*QueryInMap(query, map().labels, size_, names_),
-                                                  canonical ? &*canonical : nullptr),
-                                   size_);
-    if (!answer.accepted() && !expected && index.method.scores_poses && !index.scales)
+    std::optional<Eigen::Isometry3d> claim;
+    if (claimed) claim = scaled(1 / size_, *claimed);
+    const PoseHints hints{
+        canonical ? &*canonical : nullptr, {}, claim ? &*claim : nullptr, second_best_score};
+    Localization answer =
+        inMetres(index.localize(*QueryInMap(query, map().labels, size_, names_), hints), size_);
+    if (!answer.accepted() && !expected && !claimed && index.method.scores_poses && !index.scales)
       askFeatures(query, index, answer);
     if (answer.accepted() && options_.odometry.check) requireSupport(query, answer);
     if (!query.jumps.empty()) tellJump(query.jumps.back(), query.poses.size(), answer);
@@ -454,16 +461,17 @@ void Localizer::askFeatures(const Query& query, const PlaceIndex& index,
     answer.timing_ms.emplace_back(stage, ms);
     valueOf(answer.timing_ms, std::string("total")) += ms;
   };
-  const std::vector<match::FeaturePose> poses = index.feature_index.propose(*in_map);
+  const match::FeatureCloud seen = index.feature_index.described(*in_map);
+  const std::vector<match::FeaturePose> poses = index.feature_index.propose(seen);
   lap("features");
   if (poses.empty()) return;
   const Eigen::Vector3d up = poses[0].T_map_query.linear().transpose() * Eigen::Vector3d::UnitZ();
   if (options_.gravity == "aligned" && up.z() < std::cos(kAsSaid_rad)) return;
   const Query standing = standingQuery(query, up, options_);
-  Localization other = inMetres(index.localize(*inMap(standing), nullptr, poses), size_);
+  Localization other = inMetres(index.localize(*inMap(standing), PoseHints{nullptr, poses}), size_);
   lap("standing");
   if (!other.statistics.feature_margin || other.status == Status::rejected) return;
-  const auto mirrored = index.feature_index.propose(*in_map, true);
+  const auto mirrored = index.feature_index.propose(seen.mirrored());
   lap("mirror");
   const bool is_mirrored = !mirrored.empty() && mirrored[0].share > poses[0].share;
   const bool is_at_a_height =
@@ -486,20 +494,21 @@ void Localizer::askFeatures(const Query& query, const PlaceIndex& index,
 /// Most of a window may be of before the odometry slipped or was stuck, and the answer is the pose
 /// of its last frame. An acceptance is taken back if that frame (Place::newest) by itself scores
 /// less than a half of what a true pose does where it is put, and more by that at another pose
-/// nearby.
+/// nearby, unless that is what the best of so many wrong poses may score: then it shows too little.
 void Localizer::requireSupport(const Query& query, Localization& answer) const {
-  constexpr double kReach_m = 1.5, kLeastShare = 0.5;
+  constexpr double kReach_m = 1.5, kLeastShare = 0.5, kByChance = 16;
   constexpr double kAround_m = 40, kAround_rad = M_PI, kElsewhere_m = 2;
   if (!query.newest || !scoresPoses() || answer.scale != 1) return;
   const Query& newest = *query.newest;
   const PlaceEvidence here = check(newest, {answer.T_map_query}, kReach_m * size_)[0].evidence;
-  if (here.score >= kLeastShare * here.expected) return;
+  const double too_little = kLeastShare * here.expected;
+  if (here.score >= too_little || too_little < kByChance) return;
   const Localization nearby =
       localizeNear(newest, ExpectedPose{answer.T_map_query, kAround_m * size_, kAround_rad});
   if (nearby.hypotheses.empty()) return;
   const Eigen::Vector3d sensor = newest.poses.back().translation();
   const double off_m = (nearby.T_map_query * sensor - answer.T_map_query * sensor).norm();
-  const double clearly_more = std::max(0.0, here.score) + kLeastShare * here.expected;
+  const double clearly_more = std::max(0.0, here.score) + too_little;
   if (off_m < kElsewhere_m * size_ || nearby.hypotheses[0].score < clearly_more) return;
   verdict::refuse(ReasonCode::odometry_jump,
                   fmt::format("the last frame by itself does not fit where the frames before put "

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is asked of a pose that was found otherwise: what speaks for it, and why.
+#include <fmt/core.h>
+
 #include <cmath>
 
+#include "base/pose.h"
 #include "localizer/explain.h"
 #include "localizer/level_on_map.h"
 #include "localizer/localizer_index.h"
@@ -92,6 +95,32 @@ std::vector<PoseCheck> Localizer::check(const Query& query,
       index.check(*QueryInMap(query, map().labels, size_, names_), poses, reach_m / size_);
   for (PoseCheck& place : checked) scaleLengths(size_, place.T_map_query);
   return checked;
+}
+
+std::vector<Localization> Localizer::judge(
+    const Query& query, const std::vector<Eigen::Isometry3d>& T_map_query) const {
+  constexpr double kNear_m = 2;  ///< a registration moves what is right that far, at most
+  if (!scoresPoses()) throw UsageError("method = walks cannot say what speaks for a given pose");
+  for (const Eigen::Isometry3d& T : T_map_query) requireNear("T_map_query", T, size_);
+  const Localization own = localize(query);
+  const Eigen::Vector3d sensor = query.poses.back().translation();
+  std::vector<Localization> all;
+  for (const Eigen::Isometry3d& T : T_map_query) {
+    const auto offOf = [&](const Localization& answer) {
+      return answer.hypotheses.empty() ? 0 : (answer.T_map_query * sensor - T * sensor).norm();
+    };
+    const bool is_own = !own.hypotheses.empty() && offOf(own) <= kNear_m * size_ &&
+                        rotationBetween(own.T_map_query, T) < kSamePlace_rad;
+    Localization answer =
+        is_own ? own
+               : localizeNear(query, {}, &T, own.hypotheses.empty() ? 0 : own.hypotheses[0].score);
+    if (const double off_m = offOf(answer); answer.accepted() && off_m > kNear_m * size_)
+      verdict::refuse(ReasonCode::contradicted,
+                      fmt::format("the best pose around is {:.1f} m from the given one", off_m),
+                      answer);
+    all.push_back(std::move(answer));
+  }
+  return all;
 }
 
 verdict::Verdict Localizer::judge(const verdict::Evidence& evidence) const {

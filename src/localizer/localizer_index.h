@@ -47,17 +47,22 @@ Eigen::Isometry3d scaled(double factor, Eigen::Isometry3d T);
 /// An answer in canonical lengths in those of a place of that scale.
 Localization inMetres(Localization answer, double size);
 
+/// What is said of the pose of a query before it is looked for.
+struct PoseHints {
+  const ExpectedPose* expected = nullptr;         ///< it is nowhere else
+  std::vector<match::FeaturePose> features = {};  ///< the first one is registered as well
+  const Eigen::Isometry3d* claimed = nullptr;     ///< is judged, whatever the search finds
+  double second_best_score = 0;                         ///< of a place elsewhere that is known
+};
+
 /// What is made once per map, and the steps of a localization. The map stands upright here.
 struct PlaceIndex {
   /// `detail`: that of a map that was reduced.
   PlaceIndex(const map::SemanticMap& given, const Options& all_options, const Method& method,
              const map::CommonDetail& detail = {});
 
-  /// `features`: poses by local features, the first of which is registered as well.
-  Localization localize(const Query& given, const ExpectedPose* expected,
-                        const std::vector<match::FeaturePose>& features = {}) const;
-  Localization inAlignedFrames(const Query& query, const ExpectedPose* expected,
-                               const std::vector<match::FeaturePose>& features,
+  Localization localize(const Query& given, const PoseHints& hints) const;
+  Localization inAlignedFrames(const Query& query, const PoseHints& hints,
                                FrameHypothesis& frame) const;
 
   FrameHypothesis chooseFrame(const Query& query, const ExpectedPose* expected,

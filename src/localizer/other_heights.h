@@ -16,7 +16,8 @@ struct OtherHeight {
 
 /// The height, a storey away at least, at which the query fits the map best: decks of a garage and
 /// floors of a building lie on one another in a bird's-eye view. What is level and what is not must
-/// both lie on the map, so nothing but the like of a floor fits. Both upright, in canonical lengths.
+/// both lie on the map, so nothing but the like of a floor fits. Both upright, in canonical
+/// lengths.
 OtherHeight bestOtherHeight(const Query& query, const map::SemanticMap& map,
                             const Eigen::Isometry3d& T_map_query);
 

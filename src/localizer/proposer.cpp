@@ -58,6 +58,14 @@ void proposeByMapOverlap(Candidates& found) {
   ++found.to_register;
 }
 
+auto sameAs(const search::PlaceHypothesis& place) {
+  return [&place](const search::PlaceHypothesis& other) {
+    return (other.T_map_query.translation() - place.T_map_query.translation()).norm() <
+               kSamePlace_m &&
+           rotationBetween(other.T_map_query, place.T_map_query) < kSamePlace_rad;
+  };
+}
+
 class SearchProposer final : public PlaceProposer {
  public:
   explicit SearchProposer(const ProposerInputs& inputs)
@@ -151,11 +159,7 @@ void addProposed(const Eigen::Isometry3d& T_map_query, Candidates& found) {
   alone.runner_up = places.size() > 1 ? places[1].score() : 0;
   if (found.to_register == 1 && places.size() > 1 && alone.secondBestIsClose())
     found.to_register = 2;
-  auto at = std::find_if(places.begin(), places.end(), [&](const search::PlaceHypothesis& other) {
-    return (other.T_map_query.translation() - place.T_map_query.translation()).norm() <
-               kSamePlace_m &&
-           rotationBetween(other.T_map_query, place.T_map_query) < kSamePlace_rad;
-  });
+  auto at = std::find_if(places.begin(), places.end(), sameAs(place));
   if (at == places.end()) {
     const auto is_worse = [&](const search::PlaceHypothesis& other) {
       return other.score() < place.score();
@@ -168,6 +172,14 @@ void addProposed(const Eigen::Isometry3d& T_map_query, Candidates& found) {
     found.second_best_score = std::max(found.second_best_score, first_other->score());
   std::rotate(first_other, at, at + 1);
   ++found.to_register;
+}
+
+void putFirst(const Eigen::Isometry3d& T_map_query, Candidates& found) {
+  const search::PlaceHypothesis place = found.in_field->verify(T_map_query);
+  std::vector<search::PlaceHypothesis>& places = found.places;
+  places.erase(std::remove_if(places.begin(), places.end(), sameAs(place)), places.end());
+  found.to_register = std::min(kMostRegistered, 1 + countClose(places));
+  places.insert(places.begin(), place);
 }
 
 PlaceEvidence evidenceOf(const search::PlaceHypothesis& place) {

@@ -28,6 +28,8 @@ struct Candidates {
 std::size_t countClose(const std::vector<search::PlaceHypothesis>& places);
 /// Takes the best place around a pose that was found otherwise among those that are registered.
 void addProposed(const Eigen::Isometry3d& T_map_query, Candidates& found);
+/// Makes the place around a pose that was found otherwise the first one, whatever it scores.
+void putFirst(const Eigen::Isometry3d& T_map_query, Candidates& found);
 /// What speaks for a place of a search.
 PlaceEvidence evidenceOf(const search::PlaceHypothesis& place);
 

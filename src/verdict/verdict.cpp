@@ -257,8 +257,11 @@ class Reason {
   std::string ofMargin() const {
     const bool stands_out =
         s_.dense.registered() ? s_.dense_margin >= kClearDenseMargin : s_.likelihood_margin > 0;
-    return stands_out ? "no place stands out: the best only " + howMuchBetter()
-                      : "no place stands out: another one fits as well";
+    if (!stands_out) return "no place stands out: another one fits as well";
+    return fmt::format(
+        "no place stands out: the best only {}; of such answers {:.2g} % are wrong, {:.2g} % "
+        "at most are accepted",
+        howMuchBetter(), 100 * (1 - confidenceOf(s_, model_)), 100 / (1 + std::exp(odds_needed_)));
   }
 
   /// The term that costs most log odds against the median of right answers.
@@ -427,9 +430,10 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   verdict.confidence = confidenceOf(s, model);
   if (e.map_coverage < o.min_known_share) {
     verdict.confidence *= 0.5 * e.map_coverage / o.min_known_share;
-    verdict.reason =
-        fmt::format("only {:.0f} % of the query lies where the map was seen ({:.0f} % needed)",
-                    100 * e.map_coverage, 100 * o.min_known_share);
+    verdict.reason = fmt::format(
+        "the best place found is at the rim: only {:.0f} % of the query lies where the "
+        "map was seen ({:.0f} % needed)",
+        100 * e.map_coverage, 100 * o.min_known_share);
     return verdict;
   }
   const Reason reason(e, s, model, std::log(o.min_confidence / (1 - o.min_confidence)));
@@ -447,8 +451,8 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     verdict.confidence = std::nextafter(o.min_confidence, 0.0);
     verdict.status = Status::ambiguous;
     verdict.reason_code = ReasonCode::ambiguous;
-    verdict.reason = fmt::format("another floor is alike there, and fits {:.0f} % as well",
-                                 100 * *s.other_storey);
+    verdict.reason = fmt::format("another floor counts {:.0f} % of this one, {:.0f} % at most",
+                                 100 * *s.other_storey, 100 * kOfOneMould);
     return verdict;
   }
   if (verdict.confidence >= o.min_confidence) {

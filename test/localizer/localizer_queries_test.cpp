@@ -283,6 +283,7 @@ TEST(LocalizerQueries, PosesThatAreNoneAreRefused) {
   empty.matrix().setConstant(NAN);
   for (const Eigen::Isometry3d& T : {at(2e9), at(1e300), at(INFINITY), at(NAN), stretched, empty}) {
     EXPECT_THROW(localizer.check(query, {T}, 1), UsageError);
+    EXPECT_THROW(localizer.judge(query, {T}), UsageError);
     EXPECT_THROW(localizer.describe(query, {T, {}}), UsageError);
     EXPECT_THROW(localizer.priorAllows(query, T), UsageError);
     EXPECT_THROW(localizer.localize(query, {T, 5, 0.1}), UsageError);

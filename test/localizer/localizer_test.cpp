@@ -483,6 +483,40 @@ TEST(Localizer, CheckClimbsOnlyAsFarAsItMay) {
   EXPECT_LT(held.evidence.score, found[0].evidence.score);
 }
 
+TEST(Localizer, JudgesPosesOfOthersAsItsOwn) {
+  const auto& drive = simulatedDrive();
+  const Query query = drive.query("rear", 10, 40);
+  const Localizer localizer(drive.map, {});
+  const Localization fix = localizer.localize(query);
+  ASSERT_TRUE(fix.accepted()) << fix.reason;
+  const auto beside = [&](double x) {
+    return Eigen::Isometry3d(Eigen::Translation3d(x, 0, 0)) * fix.T_map_query;
+  };
+  const Eigen::Isometry3d about =
+      fix.T_map_query * Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ());
+  const std::vector<Localization> judged =
+      localizer.judge(query, {fix.T_map_query, beside(0.5), beside(5), beside(30), about});
+  ASSERT_EQ(judged.size(), 5u);
+  EXPECT_EQ(judged[0].confidence, fix.confidence);
+  EXPECT_TRUE(judged[0].T_map_query.isApprox(fix.T_map_query, 0));
+  EXPECT_TRUE(judged[1].accepted()) << judged[1].reason;
+  EXPECT_LT(errorOf(judged[1], "rear", 39), 0.5);
+  for (std::size_t i = 2; i < judged.size(); ++i) {
+    EXPECT_FALSE(judged[i].accepted()) << i << ": " << judged[i].reason;
+    EXPECT_FALSE(judged[i].hypotheses.empty()) << i;
+  }
+}
+
+/// What nobody would find is not believed because somebody says so.
+TEST(Localizer, BelievesNoPoseOfAStranger) {
+  const auto& drive = simulatedDrive();
+  const Query stranger = drive.query("elsewhere", 0, 30);
+  for (const Localization& fix : Localizer(drive.map, {})
+                                     .judge(stranger, {drive.sessions.at("rear")->truth(20),
+                                                       drive.sessions.at("rear")->truth(50)}))
+    EXPECT_FALSE(fix.accepted()) << fix.reason;
+}
+
 TEST(Localizer, APriorThatIsNoCircleIsWrongUse) {
   Options options;
   for (const char* text : {"1,2", "a,b,c", "1,2,0", "1,2,3,4"}) {

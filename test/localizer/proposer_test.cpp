@@ -63,7 +63,7 @@ TEST(Proposer, AThirdOneIsRegisteredAndJudgedAsTheOthersAre) {
   const auto& drive = simulatedDrive();
   const Query query = drive.query("rear", 10, 40);
   const PlaceIndex index(drive.map, {}, kKeyframes);
-  const Localization fix = index.localize(query, nullptr),
+  const Localization fix = index.localize(query, {}),
                      searched = Localizer(drive.map).localize(query);
   EXPECT_EQ(fix.status, Status::accepted) << fix.reason;
   EXPECT_LT((fix.T_map_sensor.translation() - searched.T_map_sensor.translation()).norm(), 0.1);
@@ -71,7 +71,7 @@ TEST(Proposer, AThirdOneIsRegisteredAndJudgedAsTheOthersAre) {
 
   const ExpectedPose elsewhere{
       Eigen::Translation3d(0, 200, 0) * drive.map.poses[0] * query.poses.back().inverse(), 20, 0.2};
-  EXPECT_NE(index.localize(query, &elsewhere).status, Status::accepted);
+  EXPECT_NE(index.localize(query, {&elsewhere}).status, Status::accepted);
 }
 
 TEST(Proposer, MethodsAreKnownByName) {

@@ -81,6 +81,8 @@ class SameBytes(unittest.TestCase):
                 self.assertEqual(getattr(read, name), getattr(fix, name), name)
             np.testing.assert_allclose(read.T_map_sensor, fix.T_map_sensor, atol=1e-9)
             np.testing.assert_array_equal(read.covariance, fix.covariance)
+            self.assertEqual([{**h, "T_map_query": h["T_map_query"].tolist()} for h in read.hypotheses],
+                             [{**h, "T_map_query": h["T_map_query"].tolist()} for h in fix.hypotheses])
         self.assertEqual(pickle.loads(pickle.dumps(fix)).notes, fix.notes)
         with self.assertRaises(xview.Error):
             xview.Fix.from_json("{}")
@@ -127,13 +129,31 @@ class SameBytes(unittest.TestCase):
         fixes = localizer.localize_windows(xview.read(rear), 10, 5)
         self.assertEqual([without_times(f.to_json()) for f in fixes],
                          [without_times(line) for line in lines])
-        scores = xview.evaluate(fixes, [drives["rear"].truth[f.to_dict()["query"]["last_index"]]
-                                        for f in fixes])
+        truth = [drives["rear"].truth[f.to_dict()["query"]["last_index"]] for f in fixes]
+        scores = xview.evaluate(fixes, truth)
         of_file = xview.evaluate(fixes, rear / "groundtruth.txt")
         for key, value in scores.items():
             if isinstance(value, float):
                 self.assertAlmostEqual(value, of_file[key], 3, key)
         self.assertEqual(scores["queries"], len(fixes))
+        errors = scores["per_query"]["error_m"]
+        np.testing.assert_allclose(
+            errors, [np.linalg.norm((f.T_map_sensor - T)[:3, 3]) for f, T in zip(fixes, truth)])
+        np.testing.assert_array_equal(scores["per_query"]["accepted"], [f.accepted for f in fixes])
+        self.assertTrue((np.diff(scores["pr"]["threshold"]) < 0).all())
+        of_poses = xview.evaluate([f.T_map_sensor for f in fixes], truth, negatives=fixes[:1])
+        self.assertEqual((of_poses["accepted"], of_poses["negatives"]), (len(fixes), 1))
+        np.testing.assert_array_equal(of_poses["per_query"]["error_m"][:-1], errors)
+        run("localize", rear, folder / "town.xvm", "-q", "--window", "10", "--stride", "5",
+            "--tum", folder / "way.tum")
+        of_way = xview.evaluate(folder / "way.tum", rear / "groundtruth.txt")
+        self.assertEqual(of_way["queries"], scores["accepted"])
+        told = []
+        localizer.localize_windows(xview.read(rear), 10, 5, on_fix=told.append)
+        self.assertEqual([f.T_map_query.tolist() for f in told],
+                         [f.T_map_query.tolist() for f in fixes])
+        with self.assertRaises(ZeroDivisionError):
+            localizer.localize_windows(xview.read(rear), 10, 5, on_fix=lambda fix: 1 / 0)
 
 
 class Arrays(unittest.TestCase):
@@ -192,6 +212,21 @@ class Arrays(unittest.TestCase):
         fix = self.localizer.localize(scans, poses=poses, stamps=[0, 1, 2])
         self.assertFound(fix)
         self.assertEqual(fix.to_dict()["query"]["frames_in_input"], 3)
+
+    def test_poses_of_others_are_judged(self):
+        fix = self.localizer.localize(self.scan)
+        far = self.T.copy()
+        far[:2, 3] += 25
+        own, other = self.localizer.judge(self.scan, [fix.T_map_query, far])
+        self.assertEqual(own.confidence, fix.confidence)
+        np.testing.assert_array_equal(own.T_map_query, fix.T_map_query)
+        self.assertFalse(other.accepted, other.reason)
+        here, there = self.localizer.check(self.scan, [fix.T_map_query, far])
+        np.testing.assert_array_equal(here["T_map_query"], fix.T_map_query)
+        self.assertGreater(here["score"], there["score"])
+        for wrong in (np.zeros((1, 4, 4)), self.T, 5, None):
+            with self.assertRaises(xview.UsageError):
+                self.localizer.judge(self.scan, wrong)
 
     def test_a_stranger_is_refused_and_bool_says_so(self):
         fix = self.localizer.localize(near(posts_town(seed=9), 0, 0, 40))

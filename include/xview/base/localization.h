@@ -211,9 +211,10 @@ struct Statistics {
   /// features say than at any other that they say, as a ratio >= 1. Set if that is the pose.
   std::optional<double> feature_margin;
   std::optional<double> storeys;  ///< of the map, each of which was searched; set if it has several
-  /// What another storey scores at the same pose in the plane, at most, over the score here, or how
-  /// well the query lies on a map of one plane at another height, over how well it lies here. Set
-  /// with `storeys`, and where an answer of one plane would be accepted.
+  /// What another storey scores at the same pose in the plane, at most, over the score here; where
+  /// nobody walked also 2/3 of what it scores anywhere. Or how well the query lies on a map of one
+  /// plane at another height, over how well it lies here. Set with `storeys`, and where an answer
+  /// of one plane would be accepted.
   std::optional<double> other_storey;
   double sigma_m = 0;  ///< largest standard deviation of the registered position in the plane, in
                        ///< canonical lengths; 0 = not known
