@@ -74,11 +74,10 @@ std::optional<std::string> hintFor(const QueryInput& refused, const InputFlags& 
                                    const Job& job) {
   Job silent = job;
   silent.narrate = Narrative(Verbosity::quiet);
-  if (const auto hint = hintOfArea(refused, map)) return hint;
   if (const auto hint = hintOfWindow(refused, localizer, silent)) return hint;
   const bool is_one_cloud =
       refused.source && refused.source->sensor() == Sensor::cloud && refused.size() == 1;
-  if (!is_one_cloud || refused.whole->cloud.empty()) return std::nullopt;
+  if (!is_one_cloud || refused.whole->cloud.empty()) return hintOfArea(refused, map);
   for (const Oddity& oddity : odditiesOf(refused.whole->cloud)) {
     io::InputOptions options = input.parsed();
     options.moved = Eigen::Affine3d(oddity.of_query);
@@ -88,7 +87,7 @@ std::optional<std::string> hintFor(const QueryInput& refused, const InputFlags& 
     return fmt::format("{}: it is found if {}: {}", refused.path, oddity.name,
                        howToMove(oddity.remedy));
   }
-  return std::nullopt;
+  return hintOfArea(refused, map);
 }
 
 }  // namespace xview::tools

@@ -14,7 +14,7 @@ namespace {
 /// Side of a voxel, in canonical lengths: 10 cm in a room. Where the map has more of them than
 /// kMostVoxels they are larger, kLargest at most.
 constexpr double kVoxel_m = 0.4, kLargest_m = 0.81, kCoarser = 1.26;
-constexpr std::size_t kMostVoxels = 13000, kMostPoints = 300000;
+constexpr std::size_t kMostVoxels = 8000, kMostPoints = 300000;
 constexpr std::size_t kMostPoses = 3;
 constexpr double kLeastOnMap = 0.05;   ///< a pose with less is none (FeaturePose::share)
 constexpr double kUpSigma_rad = 0.03;  ///< of such a pose

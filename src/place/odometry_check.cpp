@@ -56,7 +56,8 @@ constexpr double kLeastMove_m = 0.5, kLeastTurn_rad = 0.05;
 /// steps than these, and at the latest after so many.
 constexpr double kAnchorEvery_m = 4;
 constexpr int kFewestSince = 4, kMostSince = 40;
-constexpr double kMuchLess = 0.5;  ///< share of what usual steps leave in place, or would now
+constexpr double kMuchLess = 0.5;    ///< share of what usual steps leave in place, or would now
+constexpr double kHardlyAny = 0.35;  ///< the same, of what one sees who was carried away
 constexpr std::size_t kUsualSteps = 16, kFewestSteps = 3;
 /// The odometry rolls if the ground turns by more than this angle within this length of the way,
 /// in the medians of this number of frames: hills and ramps turn by up to 13 degrees there.
@@ -275,6 +276,22 @@ double apartBetween(const Eigen::Isometry3d& other, const Eigen::Isometry3d& ste
   return moves ? way_m + turn_m : std::max(way_m, turn_m);
 }
 
+bool looksAround(const Points& points) {
+  constexpr std::size_t kSectors = 12, kMost = 10;
+  std::array<bool, kSectors> seen{};
+  for (const auto& [p, label] : points) {
+    const double turns = std::atan2(p.y(), p.x()) / (2 * M_PI) + 0.5;
+    seen[std::min(kSectors - 1, static_cast<std::size_t>(turns * kSectors))] = true;
+  }
+  return static_cast<std::size_t>(std::count(seen.begin(), seen.end(), true)) >= kMost;
+}
+
+double medianRange(const Points& points) {
+  std::vector<double> ranges;
+  for (const auto& [p, label] : points) ranges.push_back(p.norm());
+  return medianOf(std::move(ranges));
+}
+
 }  // namespace
 
 struct OdometryCheck::State {
@@ -299,7 +316,8 @@ struct OdometryCheck::State {
   }
 
   /// How far the last step is from a motion that explains the scans clearly better, or from the
-  /// usual one, if it is unusual and leaves much less in place.
+  /// usual one, if it is unusual and leaves much less in place; where hardly anything is in place,
+  /// about as far as one sees.
   std::optional<double> offSinceLast(const Look& now, const Points& asked) {
     const Eigen::Isometry3d step = stepBetween(before, now);
     // Where frames between are missing, a step may be longer than others.
@@ -321,6 +339,10 @@ struct OdometryCheck::State {
            (compared.most_by_others >= kExplains &&
             in_place.of_all < kMuchLess * compared.most_by_others)))
         return distanceBetween(step, *last_step);
+      // Whoever looks around loses little out of sight behind corners, as a camera does that turns.
+      if (is_whole && usual_in_place.size() >= kFewestSteps && looksAround(asked) &&
+          of_overlap < kHardlyAny * usual(usual_in_place))
+        return medianRange(asked);
       is_told = std::isfinite(of_overlap) && (usual_in_place.size() < kFewestSteps ||
                                               of_overlap >= kMuchLess * usual(usual_in_place));
       if (std::isfinite(of_overlap)) usual_in_place.push_back(of_overlap);

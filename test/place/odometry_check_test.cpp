@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/pose.h"
+#include "base/random.h"
 #include "localizer/simulated_drive.h"
 #include "localizer/tracker.h"
 #include "support/label_sets.h"
@@ -242,6 +244,39 @@ TEST(OdometryCheck, FindsAJumpOutOfSight) {
 }
 
 /// Check fix for: poses that stood still for the last four frames were accepted 6 m off.
+/// Scans all around, of posts; from `carried` on they are others, and the odometry goes on evenly.
+std::vector<PreprocessedFrame> scansOfPosts(std::size_t carried) {
+  std::uint32_t post = 0;
+  for (const auto& [id, info] : simulatedDrive().labels.classes()) {
+    if (info.role == Role::object) post = id;
+  }
+  Random random(3);
+  std::array<std::vector<Eigen::Vector2f>, 2> yards;
+  for (auto& yard : yards) {
+    for (int i = 0; i < 300; ++i)
+      yard.emplace_back(random.uniform(-40, 60), random.uniform(-40, 40));
+  }
+  std::vector<PreprocessedFrame> frames(20);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    PreprocessedFrame& frame = frames[i];
+    frame.number = static_cast<std::int64_t>(i);
+    frame.stamp_s = 0.1 * static_cast<double>(i);
+    frame.T_odom_sensor = Eigen::Translation3d(static_cast<double>(i), 0, 1.5);
+    for (const Eigen::Vector2f& p : yards[i < carried ? 0 : 1]) {
+      for (float z = 0.2F; z < 3; z += 0.3F) frame.cloud.points.emplace_back(p.x(), p.y(), z, post);
+    }
+  }
+  return frames;
+}
+
+/// Check fix for: a map took in what a robot saw behind a ride that its odometry did not notice.
+TEST(OdometryCheck, FindsThatARobotWasCarriedUnnoticed) {
+  EXPECT_TRUE(jumpsOf(scansOfPosts(20)).empty());
+  const std::vector<OdometryJump> jumps = jumpsOf(scansOfPosts(10));
+  ASSERT_EQ(jumps.size(), 1u);
+  EXPECT_EQ(jumps[0].position, 10u);
+}
+
 TEST(OdometryCheck, FindsAnOdometryThatStandsFromTheFirstStepOn) {
   constexpr std::size_t kStuck = 12;
   std::vector<Eigen::Isometry3d> poses, odometry;

@@ -22,7 +22,8 @@ namespace xview {
 struct OdometryJump {
   std::size_t position = 0;  ///< of the frame behind it, in the recording or query
   std::int64_t frame = 0;    ///< number of that frame
-  double off_m = 0;          ///< from where the scans put that frame, about
+  double off_m = 0;  ///< from where the scans put that frame, about; as far as one sees if that is
+                     ///< elsewhere
 };
 
 /// What is known of a piece of world, in one frame. A query is a place in the frame of its
