@@ -21,7 +21,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-SHORT = ("start", "tls_corridor", "registration")
+SHORT = ("start", "registration", "kitti00")
 GREW = 1.02
 LOCALIZE = ("localize", "-q", "--threads", "1")
 RAW = ("--labels", "shapes")

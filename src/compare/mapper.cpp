@@ -182,6 +182,13 @@ class MapBuilder {
 void requireNoJump(OdometryCheck& odometry, const PreprocessedFrame& frame,
                    const std::string& name) {
   const auto jump = odometry.add(frame);
+  if (const auto share = odometry.hardlyInPlace())
+    throw Error(name, fmt::format("only {:.0f} % of what a scan shows lies where the scan before "
+                                  "shows it, by the poses; are their quaternions w first (x y z w "
+                                  "is read), are they inverse (the frame of the sensor to that of "
+                                  "the odometry is read), or are stamps shifted? "
+                                  "--odometry.check false if the poses are right",
+                                  100 * *share));
   if (!jump) return;
   throw Error(name, fmt::format("the scans contradict its odometry, which is off by about {:.1f} m "
                                 "at frame {}; map what is before and behind it by itself "

@@ -340,8 +340,8 @@ struct OdometryCheck::State {
             in_place.of_all < kMuchLess * compared.most_by_others)))
         return distanceBetween(step, *last_step);
       // Whoever looks around loses little out of sight behind corners, as a camera does that turns.
-      if (is_whole && usual_in_place.size() >= kFewestSteps && looksAround(asked) &&
-          of_overlap < kHardlyAny * usual(usual_in_place))
+      if (is_whole && usual_in_place.size() >= kFewestSteps && usual(usual_in_place) >= kMuchLess &&
+          looksAround(asked) && of_overlap < kHardlyAny * usual(usual_in_place))
         return medianRange(asked);
       is_told = std::isfinite(of_overlap) && (usual_in_place.size() < kFewestSteps ||
                                               of_overlap >= kMuchLess * usual(usual_in_place));
@@ -546,6 +546,14 @@ std::optional<OdometryJump> OdometryCheck::add(const PreprocessedFrame& frame) {
 }
 
 bool OdometryCheck::tellsLastStep() const { return state_->is_told; }
+
+std::optional<double> OdometryCheck::hardlyInPlace() const {
+  constexpr std::size_t kFewest = 8;
+  const std::deque<double>& shares = state_->usual_in_place;
+  if (shares.size() < kFewest) return std::nullopt;
+  const double share = State::usual(shares);
+  return share < kHardlyAny ? std::optional(share) : std::nullopt;
+}
 
 std::vector<OdometryJump> findJumps(const FrameSource& recording, const Options& options) {
   std::vector<OdometryJump> jumps;

@@ -20,8 +20,9 @@ struct PreprocessedFrame;
 /// something, if the sensor moved as the odometry says, as it moved before, or not at all. The
 /// odometry jumps where another motion explains clearly more, from one frame to the next or over
 /// some metres, or has nearly all points for it that tell both motions apart, where an unusual step
-/// leaves much less in place than usual steps do, where a step is many times the usual one and the
-/// scans do not support it, and where the ground leans more and more.
+/// leaves much less in place than usual steps do, or any step hardly anything of what is seen all
+/// around, where a step is many times the usual one and the scans do not support it, and where the
+/// ground leans more and more.
 /// What the scans cannot tell, e.g. a small error of length, is no jump. Steps are found in order
 /// and the result depends on nothing but the frames.
 class OdometryCheck {
@@ -36,6 +37,9 @@ class OdometryCheck {
   /// Whether the scans support the step to the last frame: the two have enough in common, and most
   /// of that in place. Around a corner a camera sees nothing of what it saw before.
   bool tellsLastStep() const;
+  /// What usual steps leave in place, as a share, if that is hardly anything: then no pose is where
+  /// its scan was taken.
+  std::optional<double> hardlyInPlace() const;
 
  private:
   struct State;

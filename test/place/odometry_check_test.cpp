@@ -277,6 +277,27 @@ TEST(OdometryCheck, FindsThatARobotWasCarriedUnnoticed) {
   EXPECT_EQ(jumps[0].position, 10u);
 }
 
+TEST(OdometryCheck, FindsPosesThatAreInverse) {
+  const auto hardlyInPlace = [](bool inverse) {
+    OdometryCheck odometry(simulatedDrive().labels);
+    for (PreprocessedFrame frame : scansOfPosts(20)) {
+      if (inverse) {  // points stay what the sensor saw
+        const Eigen::Isometry3d wrong = frame.T_odom_sensor.inverse();
+        const Eigen::Isometry3d move = wrong * frame.T_odom_sensor.inverse();
+        for (Point& p : frame.cloud.points)
+          p.getVector3fMap() = (move * p.getVector3fMap().cast<double>()).cast<float>();
+        frame.T_odom_sensor = wrong;
+      }
+      odometry.add(frame);
+    }
+    return odometry.hardlyInPlace();
+  };
+  EXPECT_FALSE(hardlyInPlace(false));
+  const auto share = hardlyInPlace(true);
+  ASSERT_TRUE(share);
+  EXPECT_LT(*share, 0.3);
+}
+
 TEST(OdometryCheck, FindsAnOdometryThatStandsFromTheFirstStepOn) {
   constexpr std::size_t kStuck = 12;
   std::vector<Eigen::Isometry3d> poses, odometry;
