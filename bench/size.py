@@ -17,7 +17,7 @@ ROOMS = {
     "include": (["include/xview"], 2600, None),
     "base": (["src/base"], 3200, 3365),
     "process": (["src/process"], 1000, None),
-    "place": (["src/place"], 7200, 8740),  # storeys, floors of clouds
+    "place": (["src/place"], 7200, 8775),  # storeys, floors of clouds
     "search": (["src/search"], 5400, 5970),
     "match": (["src/match"], 1300, 1855),
     "pose": (["src/pose"], 2800, None),
@@ -35,7 +35,7 @@ ROOMS = {
     "pcd_tools": (["pcd_tools"], 8000, 11300),  # the server is a module
 }
 PUBLIC_HEADERS = 22
-ALL, ALL_LIMIT = 50000, 61640  # without the simulator
+ALL, ALL_LIMIT = 50000, 61675  # without the simulator
 
 
 def sources(path):
