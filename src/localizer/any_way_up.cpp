@@ -12,9 +12,9 @@ namespace xview {
 namespace {
 
 /// Side of a voxel, in canonical lengths: 10 cm in a room. Where the map has more of them than
-/// kMostVoxels they are larger, kLargest at most.
+/// kManyVoxels they are larger; of the largest ones there may be kMostVoxels.
 constexpr double kVoxel_m = 0.4, kLargest_m = 0.81, kCoarser = 1.26;
-constexpr std::size_t kMostVoxels = 8000, kMostPoints = 300000;
+constexpr std::size_t kManyVoxels = 8000, kMostVoxels = 13000, kMostPoints = 300000;
 constexpr std::size_t kMostPoses = 3;
 constexpr double kLeastOnMap = 0.05;   ///< a pose with less is none (FeaturePose::share)
 constexpr double kUpSigma_rad = 0.03;  ///< of such a pose
@@ -40,7 +40,8 @@ const match::FeatureCloud* FeatureIndex::ofMap() const {
         map_, [](const PlaneCell&) { return true; }, add);
     const std::vector<Eigen::Vector3d> seen_from = positionsOf(map_.poses);
     for (double voxel_m = kVoxel_m; voxel_m <= kLargest_m; voxel_m *= kCoarser) {
-      if (match::voxelCount(all, voxel_m) > kMostVoxels) continue;
+      const bool is_largest = voxel_m * kCoarser > kLargest_m;
+      if (match::voxelCount(all, voxel_m) > (is_largest ? kMostVoxels : kManyVoxels)) continue;
       of_map_.emplace(all, seen_from, voxel_m, threads_);
       return;
     }

@@ -52,7 +52,7 @@ struct PoseHints {
   const ExpectedPose* expected = nullptr;         ///< it is nowhere else
   std::vector<match::FeaturePose> features = {};  ///< the first one is registered as well
   const Eigen::Isometry3d* claimed = nullptr;     ///< is judged, whatever the search finds
-  double second_best_score = 0;                         ///< of a place elsewhere that is known
+  double second_best_score = 0;                   ///< of a place elsewhere that is known
 };
 
 /// What is made once per map, and the steps of a localization. The map stands upright here.
