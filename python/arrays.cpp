@@ -134,7 +134,7 @@ void takePoints(const py::array& array, const std::string& name, CloudInArrays& 
   const bool is_native = py::bool_(array.dtype().attr("isnative"));
   if (kind != 'f' || (bytes != 4 && bytes != 8) || !is_native)
     throw UsageError(name + " has numbers of type " + std::string(py::str(array.dtype())) +
-                     ", expected float32 or float64");
+                     ", expected float32 or float64 [m]; whole numbers may be steps of a file");
   if (array.ndim() != 2 || array.shape(1) != 3)
     throw UsageError(name + " has the shape " + shapeText(array) + ", expected (N, 3)");
   cloud.size = static_cast<std::size_t>(array.shape(0));
@@ -184,7 +184,7 @@ bool isListOfClouds(const py::object& points) {
   if (py::isinstance<py::array>(points)) return false;
   if (!py::isinstance<py::sequence>(points) || py::isinstance<py::str>(points))
     throw UsageError("points is a " + std::string(py::str(py::type::of(points).attr("__name__"))) +
-                     ", expected an array (N, 3), or a list of them");
+                     ", expected an array (N, 3), or a list of them; xview.read opens a file");
   return true;
 }
 

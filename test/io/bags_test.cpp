@@ -316,6 +316,21 @@ TEST_F(Bags, PartsWithoutMetadataAreReadInTheOrderOfTheirNumbers) {
   const auto source = openRecording(folder_ / "parts");
   expectDrive(*source);
   EXPECT_NE(source->notes().at(0).find("no metadata.yaml"), std::string::npos);
+  const std::string metadata = folder_ / "parts/metadata.yaml",
+                    list =
+                        "rosbag2_bagfile_information:\n  relative_file_paths:\n    - d_2.mcap\n    "
+                        "- d_9.mcap.zstd\n"
+                        "    - d_10.mcap\n";
+  test::writeText(metadata, list + "    - d_11.mcap\n    - d_12.mcap.zstd\n");
+  test::writeText(folder_ / "parts/d_12.mcap.zstd", "packed");
+  const auto notes = openRecording(folder_ / "parts")->notes();
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_EQ(notes[0],
+            "is read without 'd_11.mcap', which metadata.yaml lists and which is not there");
+  EXPECT_EQ(notes[1].rfind("is read without 'd_12.mcap.zstd', which is compressed; ", 0), 0u);
+  test::writeText(metadata, list);
+  EXPECT_TRUE(openRecording(folder_ / "parts")->notes().empty());
+  fs::remove(metadata);
   write("parts/another_0.mcap", messages);
   EXPECT_FALSE(isBag(folder_ / "parts")) << "two recordings are not one";
   fs::create_directory(folder_ / "days");

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bag.h"
 
+#include <fmt/core.h>
+
 #include <map>
+
+#include "io/yaml_file.h"
 
 namespace xview::io {
 namespace {
@@ -23,6 +27,30 @@ std::vector<std::string> filesOf(const std::string& path) {
   return files;
 }
 
+/// Parts that metadata.yaml lists and that cannot be read: they are missing, or compressed as
+/// files.
+std::vector<std::string> missingParts(const fs::path& folder) {
+  std::vector<std::string> notes;
+  try {
+    const YamlFile metadata = YamlFile::read((folder / "metadata.yaml").string());
+    for (const YAML::Node& part :
+         metadata.root()["rosbag2_bagfile_information"]["relative_file_paths"]) {
+      const fs::path name = fs::path(metadata.text(part, "a part")).filename();
+      const bool is_packed = name.extension() == ".zstd" || name.extension() == ".zst";
+      if (fs::exists(folder / (is_packed ? name.stem() : name))) continue;
+      notes.push_back(
+          is_packed && fs::exists(folder / name)
+              ? fmt::format("is read without {}, which is compressed; unpack it: unzstd {}",
+                            inQuotes(name.string()), (folder / name).string())
+              : fmt::format("is read without {}, which metadata.yaml lists and which is not there",
+                            inQuotes(name.string())));
+    }
+  } catch (const std::exception&) {
+    return notes;  // the parts that are there speak for themselves
+  }
+  return notes;
+}
+
 }  // namespace
 
 bool Topic::isStatic() const {
@@ -39,6 +67,8 @@ bool isBagFile(const std::filesystem::path& path) {
 Bag::Bag(const std::string& path) : path_(path) {
   if (fs::is_directory(path) && !fs::exists(fs::path(path) / "metadata.yaml"))
     notes_.push_back("has no metadata.yaml; its parts are read in the order of their numbers");
+  else if (fs::is_directory(path))
+    notes_ = missingParts(path);
   std::map<std::pair<std::string, std::string>, Topic> topics;
   for (const std::string& file : filesOf(path)) {
     try {
