@@ -29,33 +29,49 @@ LabelledCloud thinned(LabelledCloud cloud, double voxel_m) {
 
 bool isBareCloud(const std::string& path) { return io::readCloudHeader(path).label_field.empty(); }
 
+/// A cloud without labels, in grey.
+Place greyCloud(const std::string& path, double voxel_m) {
+  ClassInfo grey;
+  grey.id = 1;
+  grey.name = "without label";
+  grey.color = {150, 150, 150};
+  grey.role = Role::surface;
+  grey.kind = Kind::other_surface;
+  Place place;
+  place.labels = LabelSet("none");
+  place.labels.add(grey);
+  place.cloud = io::readCloud(path, {}, false);
+  for (Point& p : place.cloud.points) p.label = grey.id;
+  place.cloud = thinned(std::move(place.cloud), voxel_m);
+  return place;
+}
+
 }  // namespace
 
 Place readDrawable(const std::string& path, io::InputOptions input, const Job& job,
                    double voxel_m) {
+  constexpr std::size_t kFewest = 1000, kMost = 5000000;  // points whose shapes are looked for
   if (auto stored = readStored(path, input, job)) return std::move(*stored);
-  Place place;
-  if (io::recogniseInput(path, input) == io::InputKind::cloud && isBareCloud(path)) {
-    ClassInfo grey;
-    grey.id = 1;
-    grey.name = "without label";
-    grey.color = {150, 150, 150};
-    grey.role = Role::surface;
-    grey.kind = Kind::other_surface;
-    place.labels = LabelSet("none");
-    place.labels.add(grey);
-    place.cloud = io::readCloud(path, {}, false);
-    for (Point& p : place.cloud.points) p.label = grey.id;
-    place.cloud = thinned(std::move(place.cloud), voxel_m);
-    return place;
+  const bool is_bare = io::recogniseInput(path, input) == io::InputKind::cloud && isBareCloud(path);
+  if (is_bare) {
+    const std::size_t points = io::readCloudHeader(path).points;
+    if (points < kFewest || points > kMost) return greyCloud(path, voxel_m);
   }
-  const auto source = openInput(path, input, job);
-  place.labels = source->labels();
-  // A cloud of its own was seen from nowhere in particular.
-  const bool is_way = source->size() > 1 || source->sensor() != Sensor::cloud;
-  for (std::size_t i = 0; is_way && i < source->size(); ++i) place.poses.push_back(source->pose(i));
-  place.cloud = source->size() == 1 ? thinned(liftAll(*source, job, 0), voxel_m)
-                                    : liftAll(*source, job, voxel_m);
+  Place place;
+  try {
+    const auto source = openInput(path, input, job);
+    place.labels = source->labels();
+    // A cloud of its own was seen from nowhere in particular.
+    const bool is_way = source->size() > 1 || source->sensor() != Sensor::cloud;
+    for (std::size_t i = 0; is_way && i < source->size(); ++i)
+      place.poses.push_back(source->pose(i));
+    place.cloud = source->size() == 1 ? thinned(liftAll(*source, job, 0), voxel_m)
+                                      : liftAll(*source, job, voxel_m);
+  } catch (
+      const Error&) {  // such as of a cloud in millimetres, which one wants to see all the same
+    if (!is_bare) throw;
+    return greyCloud(path, voxel_m);
+  }
   return place;
 }
 

@@ -57,7 +57,8 @@ class JoinedLabels {
 };
 
 /// What is drawn of a map, a graph or a recording: of the latter its points, thinned, and the poses
-/// of its way. A cloud without labels gets a class of its own, in grey.
+/// of its way. A cloud without labels has those of its shapes; one that is too small or too large
+/// for them is grey.
 Place readDrawable(const std::string& path, io::InputOptions input, const Job& job, double voxel_m);
 
 /// A path of an answer, sought from the working folder, from the folder of the answers and those

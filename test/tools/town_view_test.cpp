@@ -210,12 +210,29 @@ TEST_F(TinyTown, AnswersAreDrawnInTheMapThatTheyName) {
   EXPECT_NE(bare.err.find("no map is drawn: gone.xvm is not found"), std::string::npos) << bare.err;
 }
 
-TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnGrey) {
+TEST_F(TinyTown, ACloudWithoutLabelsIsDrawnByItsShapesOrGrey) {
   writeText(file("bare.pcd"),
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
             "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0 0 0\n1 0 0\n1 2 0\n");
   succeed({"view", "-q", file("bare.pcd"), "-o", file("grey.pcd")});
   EXPECT_EQ(pointsOfClass(file("grey.pcd"), "without label"), 3u);
+  LabelledCloud large;
+  for (int i = 0; i < 10000; ++i) {
+    const auto x = static_cast<float>(i % 100) / 5, y = static_cast<float>(i / 100) / 5;
+    large.points.emplace_back(x, i % 4 > 0 ? y : 0, i % 4 > 0 ? 0 : y / 5, 0);
+  }
+  io::writePly(file("large.ply"), large, nullptr);
+  for (Point& p : large.points) p.getVector3fMap() *= 1e4F;
+  io::writePly(file("mm.ply"), large, nullptr);
+  for (const char* name : {"large.ply", "mm.ply"}) {
+    std::string bare = readText(file(name));
+    bare.replace(bare.find("uint label"), 10, "uint beams");
+    writeText(file(name), bare);
+  }
+  succeed({"view", "-q", file("large.ply"), "-o", file("shapes.pcd")});
+  EXPECT_GT(pointsOfClass(file("shapes.pcd"), "ground"), 1000u);
+  succeed({"view", "-q", file("mm.ply"), "-o", file("mm.pcd")});
+  EXPECT_GT(pointsOfClass(file("mm.pcd"), "without label"), 1000u);
 }
 
 TEST_F(TinyTown, TrajectoriesAreDrawnAndUnknownEndingsRefused) {
