@@ -156,6 +156,14 @@ InputKind recogniseFolder(const fs::path& folder) {
   if (kinds.size() > 1)
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");
   if (kinds.empty()) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      const std::string ending = endingOf(entry.path().string()),
+                        of_part = endingOf(entry.path().stem().string());
+      if ((ending == ".zstd" || ending == ".zst") && (of_part == ".mcap" || of_part == ".db3"))
+        throw Error(folder.string(),
+                    fmt::format("a rosbag2 whose parts are compressed; unpack them: unzstd {}/*{}",
+                                folder.string(), ending));
+    }
     throw Error(folder.string(),
                 "not a recording: expected camera.yaml with depth/, velodyne/, .pcd, .ply, .las, "
                 ".e57 or .bin files, a rosbag2, or the layout of a known data set" +

@@ -330,6 +330,14 @@ TEST_F(Bags, PartsWithoutMetadataAreReadInTheOrderOfTheirNumbers) {
   EXPECT_EQ(notes[1].rfind("is read without 'd_12.mcap.zstd', which is compressed; ", 0), 0u);
   test::writeText(metadata, list);
   EXPECT_TRUE(openRecording(folder_ / "parts")->notes().empty());
+  for (const char* part : {"d_2.mcap", "d_9.mcap", "d_10.mcap"})
+    fs::rename(fs::path(folder_ / "parts") / part, folder_ / part);
+  EXPECT_NE(test::messageOf<Error>([&] {
+              openRecording(folder_ / "parts");
+            }).find("parts are compressed; unpack them: unzstd "),
+            std::string::npos);
+  for (const char* part : {"d_2.mcap", "d_9.mcap", "d_10.mcap"})
+    fs::rename(folder_ / part, fs::path(folder_ / "parts") / part);
   fs::remove(metadata);
   write("parts/another_0.mcap", messages);
   EXPECT_FALSE(isBag(folder_ / "parts")) << "two recordings are not one";
