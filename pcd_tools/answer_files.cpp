@@ -297,7 +297,7 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
 }
 
 void AnswerFiles::complete(const QueryInput& input, const Localizer& localizer, const Job& job) {
-  if (!initial_pose_.empty())
+  if (!initial_pose_.empty() && !fixes_.empty())
     T_sensor_base_ = sensorBaseOf(sensor_base_, input.path, input.options);
   if (trajectory_.empty() || !input.source || fixes_.empty() || !job.options.scale.empty()) return;
   // Odometry leads back from the end of a QUERY of one piece, whatever part of it was looked for.

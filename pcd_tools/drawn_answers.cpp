@@ -67,9 +67,8 @@ Place readDrawable(const std::string& path, io::InputOptions input, const Job& j
       place.poses.push_back(source->pose(i));
     place.cloud = source->size() == 1 ? thinned(liftAll(*source, job, 0), voxel_m)
                                       : liftAll(*source, job, voxel_m);
-  } catch (
-      const Error&) {  // such as of a cloud in millimetres, which one wants to see all the same
-    if (!is_bare) throw;
+  } catch (const Error&) {
+    if (!is_bare) throw;  // one wants to see a cloud in millimetres, too
     return greyCloud(path, voxel_m);
   }
   return place;

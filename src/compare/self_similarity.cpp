@@ -80,10 +80,6 @@ class VisitNoise {
   Random& random_;
 };
 
-std::uint32_t sourceOf(const map::SemanticMap& map, std::size_t key_frame) {
-  return key_frame < map.source_of_pose.size() ? map.source_of_pose[key_frame] : 0;
-}
-
 /// Of each key frame, in units of the poses; the way from one recording to the next counts nothing.
 std::vector<double> wayOf(const map::SemanticMap& map) {
   std::vector<double> along(map.poses.size(), 0);

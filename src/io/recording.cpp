@@ -156,7 +156,8 @@ InputKind recogniseFolder(const fs::path& folder) {
   if (kinds.size() > 1)
     failBetween(folder.string(), kinds[0], kinds[1], "it has the folders of both");
   if (kinds.empty()) {
-    for (const auto& entry : fs::directory_iterator(folder)) {
+    std::error_code failed;
+    for (const auto& entry : fs::directory_iterator(folder, failed)) {
       const std::string ending = endingOf(entry.path().string()),
                         of_part = endingOf(entry.path().stem().string());
       if ((ending == ".zstd" || ending == ".zst") && (of_part == ".mcap" || of_part == ".db3"))

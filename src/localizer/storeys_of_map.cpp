@@ -26,10 +26,6 @@ constexpr std::size_t kFewestPoses = 10;  ///< of a storey that somebody walked 
 constexpr double kElsewhere = 2. / 3;
 const Eigen::Quaterniond kUpright = Eigen::Quaterniond::Identity();
 
-std::uint32_t sourceOf(const map::SemanticMap& map, std::size_t pose) {
-  return pose < map.source_of_pose.size() ? map.source_of_pose[pose] : 0;
-}
-
 /// Whether somebody walked where poses of a map are: clouds and stations are a recording each.
 bool isWalk(const map::SemanticMap& map, const std::vector<std::size_t>& poses) {
   std::size_t steps = 0;

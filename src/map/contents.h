@@ -54,6 +54,11 @@ inline bool isPacked(const SemanticMap& map) {
   return map.stored_points || map.stored_view || map.stored_vertices;
 }
 
+/// Of which recording a key frame is; all are of the first one if the map does not say.
+inline std::uint32_t sourceOf(const SemanticMap& map, std::size_t key_frame) {
+  return key_frame < map.source_of_pose.size() ? map.source_of_pose[key_frame] : 0;
+}
+
 /// What a map has, without unpacking it.
 struct Counts {
   std::size_t vertices = 0, points = 0, samples = 0;

@@ -77,10 +77,6 @@ CellIndex addKnown(BevGrid& view, const std::vector<GroundCell>& addition) {
   return measured_before;
 }
 
-bool isBorder(BevChannel c) {
-  return c >= BevChannel::border_road_sidewalk && c <= BevChannel::border_road_terrain;
-}
-
 PlaneCell bevCellOf(const BevSample& s, double side) {
   return {floorToInt(s.x / side), floorToInt(s.y / side)};
 }

@@ -59,10 +59,6 @@ std::vector<SurfaceSamples::Sample> gather(const BevGrid& view, bool coarse,
   return result;
 }
 
-bool isBorder(BevChannel c) {
-  return c >= BevChannel::border_road_sidewalk && c <= BevChannel::border_road_terrain;
-}
-
 /// Upright surfaces, and anything that stands there. Roads and verges of one town resemble those of
 /// another; walls, hedges and crowns do so less.
 bool stands(BevChannel c) { return !isArea(c) && !isObject(c) && !isBorder(c); }

@@ -47,6 +47,9 @@ constexpr std::size_t kBevChannels = static_cast<std::size_t>(BevChannel::count)
 
 const char* toString(BevChannel channel);
 inline bool isArea(BevChannel c) { return c <= BevChannel::lane_marking; }
+inline bool isBorder(BevChannel c) {
+  return c >= BevChannel::border_road_sidewalk && c <= BevChannel::border_road_terrain;
+}
 inline bool isObject(BevChannel c) { return c >= BevChannel::pole; }
 
 /// A sample, relative to the origin of its grid.
