@@ -340,6 +340,7 @@ map::SemanticMap buildMap(
     const std::function<void(const FrameSource&, const PreprocessedFrame&)>& seen) {
   map::SemanticMap map = buildVisit(sources, options, progress, seen);
   measureNullHypothesis(map, options);
+  map::roundAsStored(map);
   return map;
 }
 

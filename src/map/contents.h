@@ -41,7 +41,11 @@ inline AllVertices allVertices(const SemanticMap& map) {
 /// Moves them to where those of a map are. Throws Error.
 void unpackVertices(SemanticMap& map);
 
-/// Packs all points of a map of canonical scale, which rounds them as saveMap does.
+/// Rounds its view and its points as saveMap does, so that it finds the same before and after. What
+/// was measured of them stays.
+void roundAsStored(SemanticMap& map);
+
+/// Packs all points of a map of canonical scale, which rounds them as well.
 void packPoints(SemanticMap& map);
 
 /// Moves all packed points to where those of a map are, behind its others.

@@ -2,6 +2,7 @@
 #include "packed_cloud.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "base/cells.h"
@@ -276,6 +277,29 @@ void unpackPointsAround(const LabelledCloud& near, SemanticMap& map) {
     return columns.count({column.x, column.y}) > 0;
   };
   rethrowDamage(packed->file(), [&] { unpack(*packed, isNear, map); });
+}
+
+void roundAsStored(SemanticMap& map) {
+  const bool is_measured = map.null.view == fingerprintOfView(map), had_overview = hasOverview(map);
+  const double step = map.size / kStoredSteps;
+  const auto round = [&](float& coordinate) {
+    coordinate = static_cast<float>(std::round(coordinate / step) * step);
+  };
+  for (std::vector<BevSample>& samples : map.bev.samples) {
+    for (BevSample& sample : samples) {
+      for (float* const coordinate : {&sample.x, &sample.y, &sample.z}) round(*coordinate);
+    }
+  }
+  for (GroundCell& cell : map.bev.known) round(cell.z);
+  for (Point& point : map.cloud.points) {
+    for (float& coordinate : point.getVector3fMap()) round(coordinate);
+  }
+  if (is_measured) map.null.view = fingerprintOfView(map);
+  if (had_overview) {
+    auto overview = *map.overview;
+    overview.checksum = search::checksumOf(map.bev);
+    map.overview = std::make_shared<const search::MapOverview>(std::move(overview));
+  }
 }
 
 void packPoints(SemanticMap& map) {

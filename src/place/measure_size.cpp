@@ -67,9 +67,9 @@ std::vector<double> rangesOf(const Frame& frame) {
 /// Between the fifth and the 95th percentile.
 double spreadOf(std::vector<double> values) {
   if (values.size() < 2) return 0;
-  std::sort(values.begin(), values.end());
   const std::size_t cut = values.size() / 20;
-  return values[values.size() - 1 - cut] - values[cut];
+  const double high = rankedOf(values, values.size() - 1 - cut);
+  return high - rankedOf(values, cut);
 }
 
 std::vector<double> along(int axis, const std::vector<Eigen::Vector3d>& points) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "place/shapes_any_way_up.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "base/median.h"
+#include "base/moments.h"
 #include "place/gravity.h"
 #include "place/shapes.h"
 #include "place/up_by_surfaces.h"
@@ -21,17 +21,16 @@ constexpr double kLittleGroundOfScan = 0.3;  ///< half of a scan is ground, a fi
 constexpr float kUnderScanner_m = 25;        ///< ground farther away may be another slope
 constexpr double kFewestOfGround = 50;       ///< points of a plane
 constexpr double kSteepStreet_rad = 0.15;  ///< ground that leans more is that of a leaning scanner
-constexpr double kLevel_rad = 0.03;        ///< and what is left of that
-constexpr double kStillGround = 0.8;  ///< times as much ground: feet of leaning walls were some
-constexpr int kLeans = 3;             ///< times that it is levelled
-constexpr float kClearlyOff_m = 0.5;  ///< above ground or below it
-constexpr double kMuchMore = 2;       ///< times as much ground: another way is up
+constexpr double kDoubtfulGround = 0.2;    ///< the same of a town, where surfaces are asked
+constexpr double kMuchFoliage = 0.5;       ///< share of a cloud: leaning surfaces are of no shape
+constexpr float kClearlyOff_m = 0.5;       ///< above ground or below it
+constexpr double kMuchMore = 2;            ///< times as much ground: another way is up
 
-double groundShare(const pcl::PointCloud<Point>& points) {
-  const auto ground = std::count_if(points.begin(), points.end(), [](const Point& point) {
-    return point.label == static_cast<std::uint32_t>(Shape::ground);
+double shareOf(Shape shape, const pcl::PointCloud<Point>& points) {
+  const auto count = std::count_if(points.begin(), points.end(), [&](const Point& point) {
+    return point.label == static_cast<std::uint32_t>(shape);
   });
-  return static_cast<double>(ground) / static_cast<double>(std::max<std::size_t>(1, points.size()));
+  return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
 /// Median height of the ground of points that lie turned; nothing without ground.
@@ -61,35 +60,27 @@ bool standsOnGround(const Eigen::Matrix3d& R, Sensor sensor, const pcl::PointClo
   return more_above >= 0;
 }
 
-/// The normal of the plane through the ground near a scanner, on the scanner's side; zero if it is
-/// not seen.
-Eigen::Vector3d groundNormal(const pcl::PointCloud<Point>& points) {
-  std::vector<Eigen::Vector3d> ground;
-  for (const Point& point : points) {
-    if (point.label == static_cast<std::uint32_t>(Shape::ground) &&
-        point.getVector3fMap().norm() < kUnderScanner_m)
-      ground.push_back(point.getVector3fMap().cast<double>());
-  }
+/// The normal of the plane through the ground within this distance of the origin; zero if it is not
+/// seen. Of every step-th point.
+Eigen::Vector3d groundNormal(const pcl::PointCloud<Point>& points, float reach_m,
+                             std::size_t step) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), normal = mean;
   double gate_m = INFINITY;
   for (int round = 0; round < 5; ++round) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-    double count = 0;
-    for (const Eigen::Vector3d& p : ground) {
-      if (std::abs(normal.dot(p - mean)) > gate_m) continue;
-      count += 1;
-      sum += p;
-      squares += p * p.transpose();
+    Moments3 ground;
+    for (std::size_t i = 0; i < points.size(); i += step) {
+      const Eigen::Vector3d p = points[i].getVector3fMap().cast<double>();
+      if (points[i].label == static_cast<std::uint32_t>(Shape::ground) && p.norm() < reach_m &&
+          std::abs(normal.dot(p - mean)) <= gate_m)
+        ground.add(p, 1);
     }
-    if (count < kFewestOfGround) return Eigen::Vector3d::Zero();
-    mean = sum / count;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares / count -
-                                                              mean * mean.transpose());
+    if (ground.count < kFewestOfGround) return Eigen::Vector3d::Zero();
+    const auto axes = ground.axes();
+    mean = ground.mean();
     normal = axes.eigenvectors().col(0);
     gate_m = std::max(0.2, 2 * std::sqrt(std::max(0.0, axes.eigenvalues()(0))));
   }
-  return normal.dot(mean) > 0 ? Eigen::Vector3d(-normal) : normal;
+  return normal;
 }
 
 /// A cloud as it is labelled when it lies turned.
@@ -101,18 +92,29 @@ struct TurnedCloud {
   TurnedCloud(const Eigen::Matrix3d& turn, double size, pcl::PointCloud<Point> cloud)
       : R(turn), points(std::move(cloud)) {
     labelTurned(R, size, points);
-    ground = groundShare(points);
+    ground = shareOf(Shape::ground, points);
+  }
+
+  /// Whether little looks as it would if it lay upright.
+  bool isDoubtful(Sensor sensor) const {
+    const bool is_scan = sensor == Sensor::lidar;
+    if (ground < (is_scan ? kLittleGroundOfScan : kDoubtfulGround) ||
+        shareOf(Shape::foliage, points) > kMuchFoliage)
+      return true;
+    constexpr std::size_t kEnough = 10000;
+    const Eigen::Vector3d normal =
+        groundNormal(points, is_scan ? kUnderScanner_m : INFINITY, 1 + points.size() / kEnough);
+    return !normal.isZero() && std::abs((R * normal).z()) < std::cos(kSteepStreet_rad);
   }
 };
 
-/// Labels a cloud of a room along this vertical. Up is where more ground is seen, with things on
-/// it.
-Eigen::Vector3d labelAlong(const Eigen::Vector3d& vertical, double size,
+/// Labels a cloud along this vertical. Up is where more ground is seen, with things on it.
+Eigen::Vector3d labelAlong(const Eigen::Vector3d& vertical, Sensor sensor, double size,
                            pcl::PointCloud<Point>& points) {
   TurnedCloud best(alignmentFromUp(vertical).toRotationMatrix(), size, points);
   TurnedCloud other(alignmentFromUp(-vertical).toRotationMatrix(), size, std::move(points));
-  const auto weight = [](const TurnedCloud& cloud) {
-    return std::make_pair(standsOnGround(cloud.R, Sensor::cloud, cloud.points), cloud.ground);
+  const auto weight = [&](const TurnedCloud& cloud) {
+    return std::make_pair(standsOnGround(cloud.R, sensor, cloud.points), cloud.ground);
   };
   if (weight(best) < weight(other)) best = std::move(other);
   points = std::move(best.points);
@@ -131,13 +133,20 @@ Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor,
       labelTurned(alignmentFromUp(vertical.axis).toRotationMatrix(), size, points);
       return is_z ? Eigen::Vector3d::Zero() : vertical.axis;
     }
-    if (!vertical.axis.isZero()) return labelAlong(vertical.axis, size, points);
+    if (!vertical.axis.isZero()) return labelAlong(vertical.axis, sensor, size, points);
   }
   TurnedCloud best(R_up_sensor, size, std::move(points));
+  if ((is_scan || size == kTownScale) && best.isDoubtful(sensor)) {
+    const Eigen::Vector3d vertical = otherVertical(best.R.row(2), size, best.points);
+    if (!vertical.isZero()) {
+      points = std::move(best.points);
+      return labelAlong(vertical, sensor, size, points);
+    }
+  }
   if (best.ground < (is_scan ? kLittleGroundOfScan : kLittleGround)) {
-    const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+    const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
     std::vector<Eigen::AngleAxisd> turns = {{M_PI / 2, x}, {-M_PI / 2, x}};
-    if (is_scan) turns.insert(turns.end(), {{M_PI, x}, {M_PI / 2, y}, {-M_PI / 2, y}});
+    if (is_scan || size == kTownScale) turns.emplace_back(M_PI, x);
     double least = std::max(kLittleGround, kMuchMore * best.ground);
     for (const Eigen::AngleAxisd& turn : turns) {
       TurnedCloud other(R_up_sensor * turn.toRotationMatrix(), size, best.points);
@@ -145,13 +154,6 @@ Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor,
       least = other.ground;
       best = std::move(other);
     }
-  }
-  for (int round = 0; is_scan && round < kLeans; ++round) {
-    const Eigen::Vector3d up = best.R * groundNormal(best.points);
-    if (up.norm() == 0 || up.z() > std::cos(round == 0 ? kSteepStreet_rad : kLevel_rad)) break;
-    TurnedCloud level(alignmentFromUp(up) * best.R, size, best.points);
-    if (level.ground < kStillGround * best.ground) break;
-    best = std::move(level);
   }
   points = std::move(best.points);
   return Eigen::Vector3d::Zero();

@@ -62,34 +62,70 @@ class Normals {
   }
   double count() const { return count_; }
 
-  /// Mean log-likelihood ratio of the normals if this is up, against normals of any direction.
-  double score(const Eigen::Vector3d& up) const {
-    // On the sphere a spot of this sigma has the share sigma^2 / 2, a belt the share
-    // sigma sqrt(pi / 2).
-    constexpr double kSpot = kSurfaceSigma_rad * kSurfaceSigma_rad / 2;
-    const double belt = kSurfaceSigma_rad * std::sqrt(M_PI / 2);
-    double sum = 0;
-    for (const auto& [key, direction] : directions_) {
-      const double cosine = std::clamp(direction.sum.dot(up) / direction.sum.norm(), -1.0, 1.0);
-      const auto bell = [](double off_rad) {
-        return std::exp(-0.5 * std::pow(off_rad / kSurfaceSigma_rad, 2));
-      };
-      const double off = std::acos(cosine);
-      sum += direction.count *
-             std::log(kOthers + kFloors * bell(off) / kSpot + kCeilings * bell(M_PI - off) / kSpot +
-                      kWalls * bell(off - M_PI / 2) / belt);
-    }
-    return sum / count_;
-  }
-
- private:
-  static constexpr double kSteps = 16;
   struct Direction {
     double count = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   };
-  std::map<std::array<int, 3>, Direction> directions_;
+  using Directions = std::map<std::array<int, 3>, Direction>;
+  const Directions& directions() const { return directions_; }
+
+ private:
+  static constexpr double kSteps = 16;
+  Directions directions_;
   double count_ = 0;
+};
+
+/// How well a direction fits as up.
+class UpScore {
+ public:
+  explicit UpScore(const Normals& normals) {
+    for (const auto& [key, direction] : normals.directions()) {
+      directions_.push_back(direction.sum.normalized());
+      shares_.push_back(direction.count / normals.count());
+    }
+  }
+
+  /// Mean log-likelihood ratio of the normals if this is up, against normals of any direction.
+  double operator()(const Eigen::Vector3d& up) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < shares_.size(); ++i)
+      sum += shares_[i] * logRatio(directions_[i].dot(up));
+    return sum;
+  }
+
+ private:
+  /// Of a normal at an angle of this cosine. The table has even steps in sqrt(1 - |cosine|), which
+  /// are nearly even in the angle: at most 0.2 deg.
+  static double logRatio(double cosine) {
+    static constexpr std::size_t kEntries = 1024;
+    static const auto* const table = [] {
+      auto* const made = new std::array<std::array<double, kEntries + 1>, 2>;
+      for (std::size_t i = 0; i <= kEntries; ++i) {
+        const double root = static_cast<double>(i) / kEntries, of_entry = 1 - root * root;
+        (*made)[0][i] = exactLogRatio(std::acos(of_entry));
+        (*made)[1][i] = exactLogRatio(std::acos(-of_entry));
+      }
+      return made;
+    }();
+    const double root = std::sqrt(std::max(0.0, 1 - std::abs(cosine)));
+    return (*table)[cosine < 0 ? 1 : 0][static_cast<std::size_t>(root * kEntries + 0.5)];
+  }
+
+  static double exactLogRatio(double off_rad) {
+    // On the sphere a spot of this sigma has the share sigma^2 / 2, a belt the share
+    // sigma sqrt(pi / 2).
+    constexpr double kSpot = kSurfaceSigma_rad * kSurfaceSigma_rad / 2;
+    const double belt = kSurfaceSigma_rad * std::sqrt(M_PI / 2);
+    const auto bell = [](double off) {
+      return std::exp(-0.5 * std::pow(off / kSurfaceSigma_rad, 2));
+    };
+    return std::log(kOthers + kFloors * bell(off_rad) / kSpot +
+                    kCeilings * bell(M_PI - off_rad) / kSpot +
+                    kWalls * bell(off_rad - M_PI / 2) / belt);
+  }
+
+  std::vector<Eigen::Vector3d> directions_;
+  std::vector<double> shares_;
 };
 
 /// Towards the camera, in the frame of its poses.
@@ -181,10 +217,10 @@ Eigen::Vector3d mostLikelyNear(const Eigen::Vector3d& middle, double reach_rad,
 
 /// Up where the top of images lies there, within a reach of it: a wall before a camera that looks
 /// down might be a floor.
-Eigen::Vector3d upOfImages(const Eigen::Vector3d& top, double reach_rad, const Normals& normals) {
+Eigen::Vector3d upOfImages(const Eigen::Vector3d& top, double reach_rad, const UpScore& score) {
   return mostLikelyNear(top, reach_rad, [&](const Eigen::Vector3d& up) {
     const double off = std::acos(std::clamp(up.dot(top), -1.0, 1.0));
-    return normals.score(up) - 0.5 * std::pow(off / kTopSigma_rad, 2) / kIndependent;
+    return score(up) - 0.5 * std::pow(off / kTopSigma_rad, 2) / kIndependent;
   });
 }
 
@@ -209,9 +245,10 @@ Eigen::Vector3d upOfCamera(const FrameSource& recording) {
   for (std::size_t i = 0; i < frames; ++i)
     addNormals(recording.read(i * recording.size() / frames), normals);
   if (normals.count() < kFewestNormals) return nothing;
-  const Eigen::Vector3d up = upOfImages(top, kTopOff_rad, normals);
+  const UpScore score(normals);
+  const Eigen::Vector3d up = upOfImages(top, kTopOff_rad, score);
   // A camera that was turned or hung upside down sees surfaces that z lines up with.
-  return 2 * looking_up < poses && normals.score(z) >= normals.score(up) ? nothing : up;
+  return 2 * looking_up < poses && score(z) >= score(up) ? nothing : up;
 }
 
 VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size) {
@@ -220,13 +257,25 @@ VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size)
   Normals normals;
   addNormals(points, size, by_camera, normals);
   if (normals.count() < (by_camera ? kFewestNormals / 2 : kFewestNormals)) return {};
-  if (by_camera) return {upOfImages(-y, kAxisOff_rad, normals), true};
-  const auto score = [&](const Eigen::Vector3d& up) { return normals.score(up); };
+  const UpScore score(normals);
+  if (by_camera) return {upOfImages(-y, kAxisOff_rad, score), true};
   const Eigen::Vector3d near_z = mostLikelyNear(z, kAxisOff_rad, score),
                         near_y = mostLikelyNear(y, kAxisOff_rad, score);
   const bool z_fits = near_z.z() > std::cos(kNearZ_rad);
   if (score(near_y) > score(near_z) + (z_fits ? kClearlyBetter : 0)) return {near_y, false};
   return {z_fits ? z : near_z, false};
+}
+
+Eigen::Vector3d otherVertical(const Eigen::Vector3d& up, double size,
+                              const pcl::PointCloud<Point>& points) {
+  Normals normals;
+  addNormals(points, size, false, normals);
+  if (normals.count() < 2 * kFewestNormals) return Eigen::Vector3d::Zero();  // each counts twice
+  const UpScore score(normals);
+  const Eigen::Vector3d best = mostLikelyNear(up, M_PI / 2, score);
+  const bool is_other =
+      best.dot(up) < std::cos(kNearZ_rad) && score(best) > score(up) + kClearlyBetter;
+  return is_other ? best : Eigen::Vector3d::Zero();
 }
 
 }  // namespace xview

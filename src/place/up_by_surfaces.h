@@ -28,4 +28,10 @@ struct VerticalOfRoom {
 /// too few surfaces are seen.
 VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size);
 
+/// What is vertical in a cloud of this scale of which little fits as if `up`, a unit vector in its
+/// frame, were up: the direction of all that surfaces fit best, up or down, if they fit it clearly
+/// better. Zero if they do not, or if too few surfaces are seen.
+Eigen::Vector3d otherVertical(const Eigen::Vector3d& up, double size,
+                              const pcl::PointCloud<Point>& points);
+
 }  // namespace xview

@@ -242,18 +242,20 @@ UpEvidence findUp(const std::vector<PlaceBuilder::SharedFrame>& all, const Label
   for (std::size_t i = 0; i < all.size(); i += step) frames.push_back(all[i].get());
   GroundSight grounds;
   Eigen::Vector3d sensor_up = Eigen::Vector3d::Zero(), told_up = sensor_up;
+  std::size_t telling = 0;
   for (const PreprocessedFrame* frame : frames) {
     addGround(*frame, frames[0]->cloud.origin, labels, grounds);
     if (frame->sensor == Sensor::camera && !frame->aerial)
       sensor_up -= frame->T_odom_sensor.linear().col(1);
     told_up += frame->T_odom_sensor.linear() * frame->up_sensor;
+    telling += !frame->up_sensor.isZero();
     if (frame->sensor == Sensor::lidar) sensor_up += frame->T_odom_sensor.linear().col(2);
   }
   evidence.grounds = static_cast<int>(grounds.planes.size());
   std::string source = "surfaces seen";
   double sigma_rad = kToldSigma_rad;
   Eigen::Vector3d up = told_up;
-  if (up.norm() == 0) {
+  if (up.norm() == 0 || 2 * telling < frames.size()) {
     const auto from_ground = groundUp(grounds);
     source = from_ground ? "ground plane" : "mounting of the sensor";
     sigma_rad = from_ground ? kGroundSigma_rad : kSensorSigma_rad;

@@ -186,7 +186,8 @@ TEST(Mapper, AppendingTheSameDriveAddsPosesButHardlyVertices) {
   EXPECT_EQ(map.bev.known.size(), again.bev.known.size());
 }
 
-/// Points that are unpacked where they are asked for are those that are unpacked at once.
+/// Points that are unpacked where they are asked for are those that are unpacked at once, and those
+/// of the map before it was saved.
 TEST(Mapper, APackedMapAnswersAsAWholeOne) {
   const auto& drive = simulatedDrive();
   const test::TemporaryFolder folder;
@@ -194,10 +195,13 @@ TEST(Mapper, APackedMapAnswersAsAWholeOne) {
   const Query query = drive.query("rear", 10, 40);
   const Localization packed = Localizer(map::openMap(folder / "map.xvm")).localize(query),
                      whole =
-                         Localizer(map::unpacked(map::openMap(folder / "map.xvm"))).localize(query);
+                         Localizer(map::unpacked(map::openMap(folder / "map.xvm"))).localize(query),
+                     unsaved = Localizer(map::borrowed(drive.map)).localize(query);
   EXPECT_TRUE(packed.accepted()) << packed.reason;
   EXPECT_EQ(packed.T_map_query.matrix(), whole.T_map_query.matrix());
   EXPECT_EQ(packed.confidence, whole.confidence);
+  EXPECT_TRUE(unsaved.T_map_query.isApprox(whole.T_map_query, 1e-6));
+  EXPECT_NEAR(unsaved.confidence, whole.confidence, 1e-6);
 }
 
 /// Check fix for: what a map remembers of its own stretches was judged by the model that the
@@ -268,7 +272,8 @@ TEST(Mapper, ALargeMapGrowsPackedAsItDoesUnpacked) {
   EXPECT_LT(otherwise, 1e-4 * counted);
   EXPECT_GT(packed.own_stretches.size(), stretches);
   EXPECT_EQ(packed.own_stretches.size(), whole.own_stretches.size());
-  EXPECT_EQ(packed.wrong_places.size(), whole.wrong_places.size());
+  EXPECT_NEAR(static_cast<double>(packed.wrong_places.size()),
+              static_cast<double>(whole.wrong_places.size()), 1);
   map::saveMap(folder / "packed.xvm", packed);
   map::saveMap(folder / "whole.xvm", whole);
   const map::SemanticMap a = map::unpacked(map::openMap(folder / "packed.xvm")),
