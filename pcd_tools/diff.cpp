@@ -192,7 +192,7 @@ class DiffCommand final : public Command {
     if (out_.empty()) return;
     if (ending == ".csv") return writeFile(out_, toCsv(changes, earlier.labels));
     if (ending == ".ply") return writeChangeGraph(out_, changes, earlier.labels);
-    writeDrawing(out_, sceneOf(changes, earlier, later, job));
+    writeDrawing(out_, sceneOf(changes, earlier, later, job), job.narrate);
   }
 
   static Scene sceneOf(const Changes& changes, const map::SemanticMap& earlier,

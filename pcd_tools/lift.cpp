@@ -111,10 +111,7 @@ class LiftCommand final : public Command {
       writeCloud(path, lifted.cloud, lifted.labels);
     else
       io::writeTiles(path, lifted.cloud, tiles_m_, &lifted.labels);
-    if (io::needsDoubles(lifted.cloud) && endingOf(path) != ".las")
-      narrate.note(path +
-                   " has doubles, as float32 has no millimetres 10 km from the origin; PCL and "
-                   "Autoware read float32 only: move the cloud with --transform");
+    noteDoubles(path, lifted.cloud, narrate);
   }
 
   InputFlags input_;

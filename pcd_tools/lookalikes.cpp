@@ -176,7 +176,7 @@ class LookalikesCommand final : public Command {
     else if (isCloudPath(out))
       writeColoured(out, map, self_similarity);
     else
-      writeDrawing(out, sceneOfLookalikes(map, self_similarity, job));
+      writeDrawing(out, sceneOfLookalikes(map, self_similarity, job), job.narrate);
     printSummary(self_similarity);
     fmt::print("{}\n", out);
     return kDone;

@@ -87,7 +87,7 @@ class MatchCommand final : public Command {
     if (endingOf(out) == ".csv")
       writeFile(out, toCsv(fix, query, map));
     else
-      writeDrawing(out, scene);
+      writeDrawing(out, scene, job.narrate);
     fmt::print("{} query vertices, {} map vertices, {} putative correspondences, {} kept, {}\n",
                query.graph.size(), map.graph.size(), fix.putative.size(), fix.kept.size(),
                toString(fix.status));

@@ -122,7 +122,15 @@ void requireDrawingPath(const std::string& path, bool or_table) {
   requireWritable(path);
 }
 
-void writeDrawing(const std::string& path, const Scene& scene) {
+void noteDoubles(const std::string& path, const LabelledCloud& cloud, const Narrative& narrate) {
+  if (io::needsDoubles(cloud) && endingOf(path) != ".las")
+    narrate.note(path +
+                 " has doubles, as float32 has no millimetres 10 km from the origin; PCL, its "
+                 "pcl_viewer and Autoware read float32 only: for them move the cloud, with lift "
+                 "--transform");
+}
+
+void writeDrawing(const std::string& path, const Scene& scene, const Narrative& narrate) {
   const std::string ending = endingOf(path);
   if (ending == ".png") return writeFile(path, drawTopDown(scene, PictureFormat::png));
   if (ending == ".svg") return writeFile(path, drawTopDown(scene, PictureFormat::svg));
@@ -132,6 +140,7 @@ void writeDrawing(const std::string& path, const Scene& scene) {
   LabelSet labels;
   const LabelledCloud cloud = sceneCloud(scene, labels);
   io::writePcd(path, cloud, &labels);
+  noteDoubles(path, cloud, narrate);
 }
 
 }  // namespace xview::tools

@@ -59,6 +59,8 @@ bool isCloudFilePath(const std::string& path);  ///< the same or .las
 void requireCloudPath(const std::string& path);
 /// PCD, PLY or LAS by the ending of the path, coloured by class.
 void writeCloud(const std::string& path, const LabelledCloud& cloud, const LabelSet& labels);
+/// Says so if the cloud was written as doubles, which not all programs read.
+void noteDoubles(const std::string& path, const LabelledCloud& cloud, const Narrative& narrate);
 
 /// True if the ending is one that writeDrawing knows: .png, .svg, .html, .vtk, .ply, .pcd.
 bool isDrawing(const std::string& path);
@@ -69,6 +71,6 @@ void requireDrawingPath(const std::string& path, bool or_table = false);
 
 /// Everything that is in the scene, by the ending: .png and .svg from above; .html as a page; .vtk
 /// and .ply as a mesh, .pcd as a cloud.
-void writeDrawing(const std::string& path, const Scene& scene);
+void writeDrawing(const std::string& path, const Scene& scene, const Narrative& narrate);
 
 }  // namespace xview::tools

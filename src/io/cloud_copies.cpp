@@ -194,7 +194,8 @@ std::vector<Column> columnsOf(const Source& source, ScalarType coordinates) {
   return columns;
 }
 
-void copyTable(const Source& source, const std::string& to, const Eigen::Affine3d& moved) {
+/// True if its coordinates are doubles.
+bool copyTable(const Source& source, const std::string& to, const Eigen::Affine3d& moved) {
   constexpr double kFar_m = 1e4;  // where float32 has no millimetres
   const double scale = std::cbrt(moved.linear().determinant());
   const Eigen::Matrix3d turn = moved.linear() / scale;
@@ -233,6 +234,7 @@ void copyTable(const Source& source, const std::string& to, const Eigen::Affine3
     file.write(row);
   });
   file.commit();
+  return coordinates == ScalarType::f64;
 }
 
 /// The nearest whole number that is not negative and has room.
@@ -325,7 +327,10 @@ std::vector<std::string> copyCloud(const std::string& from, const std::string& t
     notes.push_back(fmt::format("left out, as it is not one number of each point: {}",
                                 fmt::join(source.leftOut(), ", ")));
   if (endingOf(to) != ".las") {
-    copyTable(source, to, moved);
+    if (copyTable(source, to, moved))
+      notes.emplace_back(
+          "its coordinates are doubles, as float32 has no millimetres 10 km from the origin; "
+          "pcl_viewer and PCL read float32 only");
     return notes;
   }
   if (const auto no_place = copyToLas(source, to, moved); !no_place.empty())

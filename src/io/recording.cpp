@@ -299,6 +299,12 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options, s
   }
   std::error_code failed;
   const fs::file_status status = fs::status(setupPathOf(path).file, failed);
+  if (path == "-" ||
+      (fs::exists(status) && !fs::is_directory(status) && !fs::is_regular_file(status)))
+    throw Error(
+        path,
+        "of stdin and pipes only `xview follow -` reads; write what comes to a file and name "
+        "that");
   if (!fs::exists(status)) throw Error(path, "no such file or folder");
   return fs::is_directory(status) ? recogniseFolder(path) : recogniseFile(path, guess);
 }

@@ -11,7 +11,7 @@
 namespace xview {
 namespace {
 
-constexpr double kWidth = 380, kHeight = 250, kLeft = 36, kRight = 22, kTop = 30, kBottom = 46;
+constexpr double kWidth = 310, kHeight = 240, kLeft = 36, kRight = 22, kTop = 44, kBottom = 44;
 constexpr const char* kGrey = "#808790";
 constexpr const char* kColors[] = {"#3f7de0", "#27a05a", "#d68200"};
 
@@ -44,7 +44,8 @@ class Axis {
   }
   const std::vector<double>& ticks() const { return ticks_; }
   std::string label(double tick) const {
-    if (kind_ != ChartAxis::length) return fmt::format("{}", tick);
+    if (kind_ == ChartAxis::share) return fmt::format("{}", 100 * tick);
+    if (kind_ == ChartAxis::odds) return fmt::format("{}", tick);
     return tick < 0.0095  ? fmt::format("{:g} mm", 1e3 * tick)
            : tick < 0.995 ? fmt::format("{:g} cm", 1e2 * tick)
                           : fmt::format("{:g} m", tick);
@@ -83,7 +84,8 @@ class Axis {
 double yOf(double share) { return kHeight - kBottom - (kHeight - kBottom - kTop) * share; }
 
 std::string frameOf(const SceneChart& chart, const Axis& x) {
-  std::string svg = textAt(kLeft, 17, chart.title, "start", "font-size=\"13\" font-weight=\"600\"");
+  std::string svg = textAt(4, 15, chart.title, "start", "font-size=\"13\" font-weight=\"600\"") +
+                    textAt(4, 34, chart.y_name + " [%]", "start");
   for (const int percent : {0, 25, 50, 75, 100}) {
     const double y = yOf(percent / 100.0);
     svg += lineFrom(kLeft, y, kWidth - kRight, y) +
@@ -93,7 +95,7 @@ std::string frameOf(const SceneChart& chart, const Axis& x) {
     svg += lineFrom(x(tick), kTop, x(tick), kHeight - kBottom) +
            textAt(x(tick), kHeight - kBottom + 16, x.label(tick), "middle");
   return svg + textAt((kLeft + kWidth - kRight) / 2, kHeight - 8,
-                      chart.x_name + "; " + chart.y_name + " in %", "middle");
+                      chart.x_name + (chart.axis == ChartAxis::share ? " [%]" : ""), "middle");
 }
 
 std::string polyline(const std::vector<Eigen::Vector2d>& points, const Axis& x, const char* color,
@@ -146,7 +148,7 @@ std::string chartSvg(const SceneChart& chart) {
     const char* const color = kColors[i % std::size(kColors)];
     const bool hides = i + 1 < chart.curves.size();  // so that equal curves are both seen
     svg += polyline(chart.curves[i].second, x, color,
-                    hides ? "stroke-width=\"5\" opacity=\".5\"" : "stroke-width=\"2\"");
+                    hides ? "stroke-width=\"5\"" : "stroke-width=\"2\"");
     if (chart.curves.size() > 1)
       svg += textAt(kWidth - kRight - 6,
                     kHeight - kBottom - 10 - 16.0 * double(chart.curves.size() - 1 - i),

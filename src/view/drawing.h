@@ -65,6 +65,12 @@ std::vector<Correspondence> onlyPutative(const std::vector<Correspondence>& puta
 /// That of the scene, or an empty one.
 const LabelSet& labelsOf(const Scene& scene);
 
+/// Several queries with points have a number and a colour each in a picture; of many the colours
+/// come again, and of one or more than kMostNumbered all are blue and without a number.
+constexpr std::size_t kMostNumbered = 40;
+bool areNumbered(const std::vector<SceneQuery>& queries);
+Color queryColor(const std::vector<SceneQuery>& queries, std::size_t i);
+
 /// The files of the page, which are part of the program: "page", "style" and "script" are those in
 /// page/, "libraries" three.js with its camera controls and its lines.
 std::map<std::string, std::string> pageParts();

@@ -209,14 +209,17 @@ void Panel::drawCloud(const LabelledCloud& cloud, const LabelSet& labels) {
 /// was not accepted is paler: it need not be there.
 void Panel::drawQueryClouds(const std::vector<SceneQuery>& queries, const LabelSet& labels) {
   std::vector<std::uint32_t> ground, things;
-  const auto argbOf = [&](bool of_ground, double opacity) {
-    return [=, &labels](std::uint32_t label) {
-      const bool is_drawn = isGround(labels.kind(label)) == of_ground && !isCeiling(labels, label);
-      return is_drawn ? argb(kQueryColor, opacity) : 0u;
-    };
-  };
-  for (const SceneQuery& query : queries) {
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const SceneQuery& query = queries[i];
     if (query.cloud == nullptr || !query.has_pose) continue;
+    const Color color = queryColor(queries, i);
+    const auto argbOf = [&](bool of_ground, double opacity) {
+      return [=, &labels](std::uint32_t label) {
+        const bool is_drawn =
+            isGround(labels.kind(label)) == of_ground && !isCeiling(labels, label);
+        return is_drawn ? argb(color, opacity) : 0u;
+      };
+    };
     const double opacity = query.status == Status::accepted ? 0.8 : 0.35;
     const double size_m = pointSize(*query.cloud);
     splat(*query.cloud, query.T_map_query, size_m, argbOf(true, 0.2 * opacity), ground);
@@ -299,6 +302,14 @@ void Panel::drawArrow(const SceneQuery& query, double size) {
   if (!query.true_poses.empty()) draw(query.true_poses.back(), kWhite, kTruthColor);
   if (!query.poses.empty())
     draw(query.T_map_query * query.poses.back(), statusColor(query.status), kWhite);
+}
+
+void Panel::drawNumber(const SceneQuery& query, std::size_t number, double size) {
+  if (query.poses.empty()) return;
+  const Eigen::Vector3d at = query.T_map_query * query.poses.back().translation();
+  if (!shows(at)) return;
+  canvas_.text(std::to_string(number), toPixel(at) + Eigen::Vector2d(size, -size), 17, kPanelInk,
+               true, 0, true);
 }
 
 void Panel::drawScaleBar() {

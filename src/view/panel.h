@@ -29,6 +29,8 @@ class Panel {
   void drawMarks(const std::vector<SceneMark>& marks);
   void drawWay(const SceneQuery& query);
   void drawArrow(const SceneQuery& query, double size);
+  /// Beside the arrow.
+  void drawNumber(const SceneQuery& query, std::size_t number, double size);
   void drawScaleBar();
   /// A rectangle where another panel looks.
   void drawFrameOf(const Eigen::AlignedBox2d& area);

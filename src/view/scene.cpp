@@ -115,6 +115,19 @@ std::vector<DrawnBevChannel> drawnBevChannels(const BevGrid& bev) {
   return channels;
 }
 
+bool areNumbered(const std::vector<SceneQuery>& queries) {
+  const auto isDrawn = [](const SceneQuery& query) { return query.cloud && query.has_pose; };
+  return queries.size() > 1 && queries.size() <= kMostNumbered &&
+         std::any_of(queries.begin(), queries.end(), isDrawn);
+}
+
+Color queryColor(const std::vector<SceneQuery>& queries, std::size_t i) {
+  // None is that of a status: green, amber, red.
+  constexpr Color kColors[] = {kQueryColor,   {142, 60, 192}, {0, 137, 154}, {214, 66, 140},
+                               {122, 74, 30}, {107, 122, 0},  {26, 42, 112}, {47, 176, 232}};
+  return areNumbered(queries) ? kColors[i % std::size(kColors)] : kQueryColor;
+}
+
 std::vector<Eigen::Isometry3d> posesInMap(const SceneQuery& query) {
   std::vector<Eigen::Isometry3d> poses;
   for (const Eigen::Isometry3d& T_odom_sensor : query.poses)

@@ -142,6 +142,9 @@ void drawContent(Canvas& canvas, const Eigen::AlignedBox2d& box, Panel& panel, c
   for (const SceneQuery& query : scene.queries) {
     if (query.has_pose) panel.drawArrow(query, size);
   }
+  for (std::size_t i = 0; areNumbered(scene.queries) && i < scene.queries.size(); ++i) {
+    if (scene.queries[i].has_pose) panel.drawNumber(scene.queries[i], i + 1, size);
+  }
   if (frame_of) panel.drawFrameOf(*frame_of);
   panel.drawCoordinates();
   panel.drawScaleBar();
@@ -200,10 +203,14 @@ std::vector<LegendEntry> queryEntries(const Scene& scene) {
                 arrowOf(statusColor(status), {255, 255, 255}));
     }
   }
-  for (const SceneQuery& query : scene.queries) {
+  for (std::size_t i = 0; i < scene.queries.size(); ++i) {
+    const SceneQuery& query = scene.queries[i];
     if (!query.true_poses.empty())
       addOnce(entries, "true pose", arrowOf({255, 255, 255}, kTruthColor));
-    if (query.cloud) addOnce(entries, "query", swatchOf(kQueryColor));
+    if (query.cloud)
+      addOnce(entries,
+              areNumbered(scene.queries) ? std::to_string(i + 1) + " " + query.name : "query",
+              swatchOf(queryColor(scene.queries, i)));
     if (query.graph && !query.graph->empty()) {
       if (!query.kept.empty()) addOnce(entries, "vertex, kept", diamondOf(true));
       addOnce(entries, "vertex without partner", diamondOf(false));
@@ -212,7 +219,7 @@ std::vector<LegendEntry> queryEntries(const Scene& scene) {
   }
   for (const SceneMark& mark : scene.marks) addOnce(entries, mark.group, dotOf(mark.color));
   for (const SceneLine& line : scene.lines) addOnce(entries, line.name, dashOf(line.color, 2));
-  if (!scene.map_poses.empty()) addOnce(entries, "key frames", dashOf(kKeyframeColor, 1.4));
+  if (scene.map_poses.size() > 1) addOnce(entries, "key frames", dashOf(kKeyframeColor, 1.4));
   return entries;
 }
 

@@ -75,7 +75,8 @@ void writeLas(const std::string& path, const LabelledCloud& cloud,
 /// in one row, and all fields of one number each: normals turn along, coordinates are double from
 /// 10 km on, integers beyond 2^53 are rounded. `labels`, if given, names its classes. LAS has no
 /// place for some fields and for points that are not finite. Of LAS in LAS every byte stays but
-/// those of coordinates. Returns what it had to leave out, in sentences. Throws Error.
+/// those of coordinates. Returns what it had to leave out and who cannot read it, in sentences.
+/// Throws Error.
 std::vector<std::string> copyCloud(const std::string& from, const std::string& to,
                                    const Eigen::Affine3d& moved, const LabelSet* labels = nullptr);
 

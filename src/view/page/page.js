@@ -128,9 +128,10 @@ function outline() {
       points.push(new THREE.Vector3(...scene.half_size.map((half, k) => corner & (1 << k) ? half : -half)));
   return points;
 }
-// The whole map, as large as it fits between headline, panel and hints, its longer side across.
+// The whole map, as large as it fits between headline, panel and hints, its longer side along that of the window.
 function home(above) {
-  const across = scene.half_size[0] >= scene.half_size[1];
+  const is_tall = (innerWidth > 800 ? innerWidth - 340 : 2 * innerWidth) < innerHeight;
+  const across = (scene.half_size[0] >= scene.half_size[1]) !== is_tall;
   const from = new THREE.Vector3(...(above ? across ? [0, -1e-3, 1] : [-1e-3, 0, 1] : across ? [-0.25, -0.72, 0.68] : [-0.72, -0.25, 0.68])).normalize();
   const right = new THREE.Vector3(0, 0, 1).cross(from).normalize(), up = from.clone().cross(right);
   const ahead = new THREE.Vector3(up.x, up.y, 0).normalize();
@@ -308,6 +309,19 @@ function arrow(parent, pose, heading, color, size, hollow) {
     opacity: hollow ? 0.6 : 1})));
 }
 
+// A number that keeps its size on the screen.
+function numberAt(parent, number, at, color) {
+  const image = document.createElement('canvas'), pen = image.getContext('2d');
+  image.width = image.height = 64;
+  Object.assign(pen, {font: 'bold 44px sans-serif', textAlign: 'center', textBaseline: 'middle', lineWidth: 9, strokeStyle: css('--paper'), fillStyle: color});
+  pen.strokeText(number, 32, 34);
+  pen.fillText(number, 32, 34);
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({map: new THREE.CanvasTexture(image), sizeAttenuation: false, depthTest: false, transparent: true}));
+  sprite.scale.setScalar(0.04);
+  sprite.position.set(...at);
+  parent.add(sprite);
+}
+
 // ---- layers: what has one switch, also what comes later
 function addLayer(name, count, color, objects, shown) {
   const layer = {shown, objects: []};
@@ -423,11 +437,12 @@ function build(q) {  // what is only shown of the chosen query
   const radiusOfPlace = 3 * arrowSize;
   const others = group();
   if (q.hypotheses.length > 1) shared('other places', rgb([214, 130, 0]), others, q.group);
-  q.hypotheses.slice(1).forEach(h => {
+  q.hypotheses.slice(1).forEach((h, i) => {
     const ring = new THREE.Mesh(new THREE.RingBufferGeometry(0.8 * radiusOfPlace, radiusOfPlace, 40),
                                 new THREE.MeshBasicMaterial({color: statusHex.ambiguous, side: THREE.DoubleSide, depthTest: false, transparent: true}));
     ring.position.set(...h);
     others.add(ring);
+    numberAt(others, i + 2, h, css('--ambiguous'));
   });
   world.add(q.group);
   resize();
