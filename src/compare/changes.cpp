@@ -364,6 +364,7 @@ class Visit {
 class MatchStatistics {
  public:
   void add(const Visit& visit) {
+    are_classes_shapes_ = are_classes_shapes_ || knowsShapesOnly(visit.labels());
     label_noise_ = std::max(label_noise_, visit.labelNoise());
     for (const Object& object : visit.objects()) {
       if (!object.was_looked_at) continue;
@@ -374,10 +375,14 @@ class MatchStatistics {
 
   double labelNoise() const { return label_noise_; }
 
-  /// Probability that a landmark is gone, given what the other visit says of its points.
+  /// Probability that a landmark is gone, given what the other visit says of its points. Classes
+  /// that were taken from shapes differ with the side from which a thing was seen, so that points
+  /// of another class are the same thing.
   double probabilityOfChange(const Evidence& evidence) const {
     const double gone = probabilityOfAbsence(evidence.metShare());
-    return evidence.isOfAnotherClass() ? std::max(gone, probabilityOfReplacement()) : gone;
+    return evidence.isOfAnotherClass() && !are_classes_shapes_
+               ? std::max(gone, probabilityOfReplacement())
+               : gone;
   }
 
  private:
@@ -404,6 +409,7 @@ class MatchStatistics {
   }
   std::vector<double> standing_, chance_;
   double label_noise_ = 0;
+  bool are_classes_shapes_ = false;
 };
 
 /// The changed objects that touch one another. A post stands for itself: its shape tells it.

@@ -56,10 +56,10 @@ struct Changes {
 /// the share of points of an unchanged landmark that are met follows from the landmarks that both
 /// have, the share that is met under the null hypothesis from places beside them, and the
 /// probability from both; where all that is met is of another class, it follows from the noise of
-/// the labels. New is what is gone with the visits exchanged. Parts that touch are one thing, and
-/// of its classes those are noise that have a smaller share of the measurements there than labels
-/// are noisy. A gone landmark and the nearest new one of its class within some metres have moved.
-/// Surfaces are not compared.
+/// the labels, and is 0 for classes that were taken from shapes. New is what is gone with the
+/// visits exchanged. Parts that touch are one thing, and of its classes those are noise that have a
+/// smaller share of the measurements there than labels are noisy. A gone landmark and the nearest
+/// new one of its class within some metres have moved. Surfaces are not compared.
 Changes findChanges(const Place& earlier, const Place& later,
                     const Eigen::Isometry3d& T_earlier_later, double sigma_m);
 
