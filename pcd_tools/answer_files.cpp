@@ -347,6 +347,12 @@ void AnswerFiles::finish(const map::SemanticMap& map, const Job& job) const {
   if (!on_page_.empty()) writePage(map, job);
   if (tum_.empty()) return;
   if (accepted_.empty()) return removeStale(tum_, job.narrate);
+  const bool has_stamps = std::any_of(accepted_.begin(), accepted_.end(),
+                                      [](const auto& pose) { return pose.stamp_s != 0; });
+  if (accepted_.size() > 1 && !has_stamps)
+    job.narrate.note(
+        "--tum: the QUERYs have no stamps, so all lines have 0; they are in the order "
+        "of the QUERYs");
   io::writeTumPoses(tum_, accepted_);
 }
 

@@ -55,6 +55,7 @@ void logShares(const std::string& path, const ShapeShares& shares, const LabelSe
 /// What has no labels gets them from shapes.
 std::unique_ptr<FrameSource> openWithLabels(const std::string& path,
                                             const io::InputOptions& options, const Job& job) {
+  const Progress reading = job.narrate.busy("read");
   std::unique_ptr<FrameSource> source = io::openRecording(path, options);
   const bool has_labels = !source->labels().empty();
   if (has_labels && options.labels != kShapes) return source;

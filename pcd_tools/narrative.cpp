@@ -5,8 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <cstdio>
 #include <mutex>
+#include <thread>
 
 #include "base/user_text.h"
 #include "clock.h"
@@ -19,16 +23,30 @@ namespace {
 
 void wipeLine() { printToUser("\r\x1b[K"); }
 
-/// Redrawn at most ten times a second; wiped when the last item is done, or nobody counts on.
+/// When a line was printed last, after which a bar waits a moment, so that it stands below.
+std::atomic<Clock::time_point> g_said{Clock::time_point()};
+
+/// Redrawn at most ten times a second, and twice a second while nothing is done; wiped when the
+/// last item is done, or nobody counts on. A single item shows how long it has taken.
 class Bar {
  public:
-  explicit Bar(std::string name) : name_(std::move(name)) {}
+  explicit Bar(std::string name) : name_(std::move(name)), clock_([this] { tick(); }) {}
   Bar(const Bar&) = delete;
   Bar& operator=(const Bar&) = delete;
-  ~Bar() { wipeLine(); }
+  ~Bar() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      is_over_ = true;
+    }
+    woken_.notify_one();
+    clock_.join();
+    wipeLine();
+  }
 
   void show(std::size_t done, std::size_t total) {
     const std::lock_guard<std::mutex> lock(mutex_);
+    done_ = done;
+    total_ = total;
     if (done >= total) {
       wipeLine();
     } else if (done == 0 || secondsSince(drawn_) >= 0.1) {
@@ -38,10 +56,24 @@ class Bar {
   }
 
  private:
+  void tick() {
+    constexpr auto kEvery = std::chrono::milliseconds(500);
+    constexpr double kBelow_s = 0.3;
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (!woken_.wait_for(lock, kEvery, [this] { return is_over_; })) {
+      if (done_ < total_ && secondsSince(g_said) >= kBelow_s) draw(done_, total_);
+    }
+  }
+
   void draw(std::size_t done, std::size_t total) const {
+    const double spent_s = secondsSince(start_);
+    if (total == 1) {
+      if (spent_s >= 1) printToUser(fmt::format("\r[{}] {:.0f} s\x1b[K", name_, spent_s));
+      return;
+    }
     std::string numbers = fmt::format("{}/{}", done, total);
     if (done > 0) {
-      const double rate = static_cast<double>(done) / std::max(secondsSince(start_), 1e-3);
+      const double rate = static_cast<double>(done) / std::max(spent_s, 1e-3);
       const double left_s = static_cast<double>(total - done) / std::max(rate, 1e-9);
       numbers += fmt::format("  {:.1f}/s  {:.0f} s left", rate, left_s);
     }
@@ -55,7 +87,11 @@ class Bar {
   std::string name_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point drawn_ = start_;
+  std::size_t done_ = 0, total_ = 0;
   std::mutex mutex_;
+  std::condition_variable woken_;
+  bool is_over_ = false;
+  std::thread clock_;
 };
 
 double percentOf(std::uint64_t count, const LiftCounts& counts) {
@@ -146,7 +182,9 @@ void Narrative::detail(const std::string& what) const {
 }
 
 void Narrative::clearBar() const {
-  if (isatty(STDERR_FILENO) == 1) wipeLine();
+  if (isatty(STDERR_FILENO) != 1) return;
+  g_said = Clock::now();
+  wipeLine();
 }
 
 void Narrative::error(const std::string& what) const {
@@ -159,6 +197,13 @@ Progress Narrative::progress(const std::string& name) const {
   return [bar = std::make_shared<Bar>(name)](std::size_t done, std::size_t total) {
     bar->show(done, total);
   };
+}
+
+Progress Narrative::busy(const std::string& name) const {
+  if (audience_.progress) return {};
+  Progress bar = progress(name);
+  if (bar) bar(0, 1);
+  return bar;
 }
 
 void logStrays(const FrameSource& source, const Narrative& narrate) {

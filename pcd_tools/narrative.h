@@ -55,6 +55,9 @@ class Narrative {
   void error(const std::string& what) const;
   /// A bar with rate and time left; empty if stderr is no terminal or the user wants quiet.
   Progress progress(const std::string& name) const;
+  /// A bar for work that cannot be counted, which shows its seconds for as long as the result
+  /// lives.
+  Progress busy(const std::string& name) const;
 
  private:
   void say(const std::string& line, std::size_t indent) const;

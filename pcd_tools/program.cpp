@@ -279,8 +279,13 @@ Job jobOf(const Declared& declared) {
   Job job;
   job.operands = takeOperands(declared.app);
   requireOtherFiles(declared.app, job.operands);
-  for (const Flags::Output& output : declared.outputs)
+  for (const Flags::Output& output : declared.outputs) {
+    if (*output.path == "-")
+      throw UsageError(output.name +
+                       " -: expected the path of a file; to stdout goes what a command prints "
+                       "without -o");
     requireOutside(output.name, *output.path, job.operands);
+  }
   if (!declared.out.empty()) job.operands.push_back(declared.out);
   job.options = effectiveOptions(declared.common);
   job.narrate = Narrative(verbosityOf(declared.common));

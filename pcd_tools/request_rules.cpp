@@ -74,9 +74,10 @@ void requireLength(const httplib::Request& request, std::size_t most_body) {
 
 }  // namespace
 
-std::string methodOf(const std::string& path) {
+std::string methodsOf(const std::string& path) {
   static const std::regex track(kTrackRoute);
-  if (path == "/localize" || std::regex_match(path, track)) return "POST";
+  if (std::regex_match(path, track)) return "POST, DELETE";
+  if (path == "/localize") return "POST";
   const bool is_told = path == "/health" || path == "/metrics" || path == "/openapi.json";
   return is_told ? "GET" : "";
 }
@@ -87,11 +88,12 @@ void requireAnswerable(const httplib::Request& request, const Listening& where,
     requireOwnHost(request, where);
     requireOwnOrigin(request);
   }
-  const std::string method = methodOf(request.path);
-  if (method.empty()) throw Refusal{404, "no such route; see /openapi.json"};
-  if (request.method != method && (request.method != "HEAD" || method != "GET"))
-    throw Refusal{405, "the method of this route is " + method};
-  if (method != "POST") return;
+  const std::string methods = methodsOf(request.path);
+  if (methods.empty()) throw Refusal{404, "no such route; see /openapi.json"};
+  const std::string asked = request.method == "HEAD" ? "GET" : request.method;
+  if (asked.empty() || methods.find(asked) == std::string::npos)
+    throw Refusal{405, "the method of this route is " + methods};
+  if (asked != "POST") return;
   requireKnownCoding(request);
   requireLength(request, most_body);
 }
@@ -101,12 +103,9 @@ const char* openApi() {
          R"("/localize":{"post":{"summary":"where is this cloud (PCD, PLY, LAS, KITTI scan), graph or map in the map?","parameters":[{"name":"name","in":"query","description":"file name, whose ending tells the kind","schema":{"type":"string"}}],)"
          R"("requestBody":{"content":{"application/octet-stream":{},"multipart/form-data":{"schema":{"type":"object","properties":{"file":{"type":"string","format":"binary"}}}}}},)"
          R"("responses":{"200":{"description":"the JSON of xview localize --json"},"400":{"description":"not read"},"403":{"description":"of a page of another origin"},"405":{"description":"another method"},"408":{"description":"came too slowly"},"413":{"description":"too large"},"414":{"description":"URI too long"},"415":{"description":"unknown coding"},"421":{"description":"the Host is another one"},"431":{"description":"head too large"},"503":{"description":"busy"},"507":{"description":"no room for the body"}}}},)"
-         R"("/track/{id}":{"post":{"summary":"the next frame of a robot","parameters":[{"name":"id","in":"path","required":true,"schema":{"type":"string"}},{"name":"pose","in":"query","description":"stamp tx ty tz qx qy qz qw of the odometry; or the header X-Pose","schema":{"type":"string"}}],"responses":{"200":{"description":"a line of xview follow"}}}},)"
-         R"("/health":{"get":{"responses":{"200":{"description":"status ok, busy or, if a query takes longer than it may, stuck; running, jobs, stuck: how many queries; longest_s: of the one that runs longest"},"503":{"description":"stuck: every query at work takes longer than twice its --timeout, without one the --patience"
-}
-}
-}
-},)"
+         R"("/track/{id}":{"post":{"summary":"the next frame of a robot","parameters":[{"name":"id","in":"path","required":true,"schema":{"type":"string"}},{"name":"pose","in":"query","description":"stamp tx ty tz qx qy qz qw of the odometry; or the header X-Pose","schema":{"type":"string"}}],"responses":{"200":{"description":"a line of xview follow"}}},)"
+         R"("delete":{"summary":"forget a robot: its next frame is looked for in the whole map","parameters":[{"name":"id","in":"path","required":true,"schema":{"type":"string"}}],"responses":{"200":{"description":"forgotten"},"404":{"description":"no robot of this name is followed"}}}},)"
+         R"("/health":{"get":{"responses":{"200":{"description":"status ok, busy or, if a query takes longer than it may, stuck; running, jobs, stuck: how many queries; longest_s: of the one that runs longest"},"503":{"description":"stuck: every query at work takes longer than twice its --timeout, without one the --patience"}}}},)"
          R"("/metrics":{"get":{"responses":{"200":{"description":"Prometheus text"}}}},"/openapi.json":{"get":{"responses":{"200":{"description":"this"}}}}}})"
          "\n";
 }

@@ -17,8 +17,8 @@ constexpr const char* kTrackRoute = R"(/track/([A-Za-z0-9_.-]{1,64}))";  ///< wi
 void requireAnswerable(const httplib::Request& request, const Listening& where,
                        std::size_t most_body);
 
-/// "GET" or "POST"; empty if there is no such route.
-std::string methodOf(const std::string& path);
+/// "GET", "POST" or "POST, DELETE", as of the header Allow; empty if there is no such route.
+std::string methodsOf(const std::string& path);
 
 /// The description of all routes as of OpenAPI 3.
 const char* openApi();

@@ -42,6 +42,11 @@ std::shared_ptr<Robot> Robots::named(const std::string& id) {
   return wanted;
 }
 
+bool Robots::forget(const std::string& id) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return robots_.erase(id) > 0;
+}
+
 void Robots::letGoOfOthersThan(const std::shared_ptr<const LoadedMap>& current) {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const auto& [id, robot] : robots_) {

@@ -46,6 +46,8 @@ struct Robot {
 class Robots {
  public:
   std::shared_ptr<Robot> named(const std::string& id);
+  /// False if nobody of this name is followed. A frame that is at work is answered still.
+  bool forget(const std::string& id);
   /// Those that are followed in another map than this one are not followed any longer, so that the
   /// memory of an old map is freed; their next frames are looked for in the new one. A robot
   /// whose frame is at work stays until another call.

@@ -15,7 +15,8 @@ class ServeCommand final : public Command {
             "MAP",
             "the map in memory behind a socket: where is what is posted?",
             "POST /localize takes a cloud file and answers the JSON of localize; POST /track/ID a "
-            "frame, with its odometry in the header X-Pose, and answers a line of follow. GET "
+            "frame, with its odometry in the header X-Pose, and answers a line of follow; DELETE "
+            "/track/ID forgets it. GET "
             "/health, /metrics (Prometheus), /openapi.json. A MAP file that changes is loaded and "
             "exchanged between two requests. SIGINT and SIGTERM end it (130, 143) once all "
             "requests are answered, or --patience is over.",

@@ -65,6 +65,7 @@ class Server {
                                        : where.socket,
                   job_.narrate);
     results.finish();
+    job_.narrate.line("listening; SIGINT or SIGTERM ends it");
     std::thread([this] { watchMap(); }).detach();
     tellServiceManager("READY=1");
     server_.acceptUntilEnd([this] { tellIsAlive(); });
@@ -87,6 +88,7 @@ class Server {
                       serving_.where.patience_s));
     server_.removeSocket();
     scratch_->remove();
+    job_.narrate.line("stopped");
   }
 
   /// A manager that does not hear this for long starts the server anew.
@@ -191,7 +193,7 @@ class Server {
             return httplib::Server::HandlerResponse::Unhandled;
           } catch (const Refusal& refusal) {
             answerWith(refusal, response);
-            if (refusal.status == 405) response.set_header("Allow", methodOf(request.path));
+            if (refusal.status == 405) response.set_header("Allow", methodsOf(request.path));
           }
           metrics_.add("refused", response.status, 0);
           return httplib::Server::HandlerResponse::Handled;
@@ -208,6 +210,13 @@ class Server {
     routes.Post(kTrackRoute, handler("/track", [this](const auto& request, const BodyFile& body) {
                   return track(request, body);
                 }));
+    routes.Delete(kTrackRoute, [this](const auto& request, httplib::Response& response) {
+      const std::string id = request.matches[1].str();
+      if (robots_.forget(id))
+        response.set_content(toText({{"status", "ok"}, {"forgotten", id}}) + "\n", kJson);
+      else
+        answerWith({404, "no robot of this name is followed: " + id}, response);
+    });
     routes.Get("/health", [this](const httplib::Request&, httplib::Response& response) {
       const QueryPlaces::Load load = queries();
       if (load.isStuck()) response.status = 503;

@@ -92,7 +92,7 @@ class ViewCommand final : public Command {
     scene.queries = std::move(queries);
     scene.lines = content.ways;
     describe(files, job, content, scene);
-    writeDrawing(out, scene);
+    writeDrawing(out, scene, job.narrate);
     job.narrate.stage("view", watch.lap_ms(), out);
     fmt::print("{}\n", out);
     return kDone;
@@ -180,12 +180,21 @@ class ViewCommand final : public Command {
   void add(const std::string& path, const Job& job, Content& content) const {
     const std::string ending = endingOf(path);
     if (ending == ".tum" || ending == ".txt") return addWay(path, content);
+    if (ending == ".csv" && isTableOfAnswers(path))
+      throw UsageError(path +
+                       ": of answers view reads .jsonl; localize -o answers.jsonl writes them");
     Place place = readDrawable(path, input_.parsed(), job, voxel_m_);
     content.labels.adopt(place);
     append(content.map.graph, place.graph);
     content.map.cloud.append(place.cloud);
     if (content.map.bev.sampleCount() == 0) content.map.bev = std::move(place.bev);
     content.map.poses.insert(content.map.poses.end(), place.poses.begin(), place.poses.end());
+  }
+
+  static bool isTableOfAnswers(const std::string& path) {
+    std::ifstream file(path);
+    std::string line;
+    return std::getline(file, line) && line == csvHeading();
   }
 
   /// A trajectory, such as that of localize --trajectory.

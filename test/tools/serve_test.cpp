@@ -27,6 +27,10 @@ TEST_F(Serve, AnswersAsLocalizeDoes) {
   const auto tracked = client.Post("/track/robot", body, "application/octet-stream");
   ASSERT_TRUE(tracked);
   EXPECT_EQ(Json::parse(tracked->body)["state"], "found") << tracked->body;
+  const auto forgotten = client.Delete("/track/robot"), again = client.Delete("/track/robot");
+  ASSERT_TRUE(forgotten && again);
+  EXPECT_EQ(forgotten->status, 200) << forgotten->body;
+  EXPECT_EQ(again->status, 404) << again->body;
   const auto health = client.Get("/health");
   ASSERT_TRUE(health);
   EXPECT_EQ(Json::parse(health->body)["status"], "ok");
