@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "answer.h"
 #include "consistency_checks.h"
@@ -66,14 +67,23 @@ Fix localize(const Seeker& seeker, const Source& source, double last_m) {
 std::vector<Fix> judge(const Seeker& seeker, const Source& source, const py::object& T_map_query,
                        double last_m) {
   Work work(seeker.options);
-  const tools::QueryInput input = queryOf(source, seeker.map->labels, last_m, work);
   const std::vector<Eigen::Isometry3d> poses = posesOf(T_map_query, "T_map_query");
+  const Budget budget(seeker.limits);
+  tools::QueryInput input;
+  std::vector<Localization> judged;
+  const auto cut = cutByBudget([&] {
+    input = queryOf(source, seeker.map->labels, last_m, work);
+    judged = released([&] { return seeker.localizer->judge(*input.whole, poses); });
+  });
+  if (cut) judged.assign(poses.size(), *cut);
+  if (!input.whole) input.whole.emplace().poses.emplace_back(Eigen::Isometry3d::Identity());
   const tools::Answer unanswered =
       tools::answerFor(input, {0, input.size()}, *input.whole, seeker.unanswered);
   std::vector<Fix> fixes;
-  for (Localization& fix : released([&] { return seeker.localizer->judge(*input.whole, poses); })) {
+  for (Localization& fix : judged) {
     tools::Answer answer = unanswered;
     answer.fix = std::move(fix);
+    answer.budget_exhausted = budget.exhausted();
     fixes.push_back(finished(std::move(answer), input.whole->sensor, work));
   }
   return fixes;
@@ -82,11 +92,16 @@ std::vector<Fix> judge(const Seeker& seeker, const Source& source, const py::obj
 py::list check(const Seeker& seeker, const Source& source, const py::object& T_map_query,
                double reach_m, double last_m) {
   Work work(seeker.options);
-  const tools::QueryInput input = queryOf(source, seeker.map->labels, last_m, work);
   const std::vector<Eigen::Isometry3d> poses = posesOf(T_map_query, "T_map_query");
+  const Budget budget(seeker.limits);
+  std::vector<PoseCheck> checked;
+  const auto cut = cutByBudget([&] {
+    const tools::QueryInput input = queryOf(source, seeker.map->labels, last_m, work);
+    checked = released([&] { return seeker.localizer->check(*input.whole, poses, reach_m); });
+  });
+  if (cut) throw Error("the query", cut->reason);
   py::list list;
-  for (const PoseCheck& place :
-       released([&] { return seeker.localizer->check(*input.whole, poses, reach_m); })) {
+  for (const PoseCheck& place : checked) {
     py::dict item;
     item["T_map_query"] = arrayOf<4, 4>(place.T_map_query.matrix());
     item["score"] = place.evidence.score;
@@ -225,6 +240,24 @@ Fix fixFrom(const std::string& line, std::vector<std::string> notes) {
   return {std::make_shared<const tools::Answer>(std::move(answer)), std::move(notes), line};
 }
 
+/// What a notebook shows: status, reason, and the pose if there is one.
+std::string htmlOf(const Fix& fix) {
+  const Localization& answer = fix.answer->fix;
+  const char* const color = answer.accepted()                    ? "#168a3e"
+                            : answer.status == Status::ambiguous ? "#b97000"
+                                                                 : "#c82828";
+  const auto escape = py::module_::import("html").attr("escape");
+  std::string html = fmt::format("<b style=\"color:{}\">{}</b> {}", color, toString(answer.status),
+                                 escape(tools::oneLine(answer.reason)).cast<std::string>());
+  if (answer.hypotheses.empty()) return html;
+  const Eigen::Vector3d p = answer.T_map_sensor.translation();
+  html += fmt::format("<br>x {:.2f}, y {:.2f}, z {:.2f} m", p.x(), p.y(), p.z());
+  html += fmt::format(", heading {:.1f}°", fix.answer->heading_rad * 180 / M_PI);
+  if (answer.accepted() && !answer.covariance.isZero())
+    html += fmt::format(", ±{:.2f} m", std::sqrt(answer.covariance.diagonal().head<3>().sum()));
+  return html;
+}
+
 void bindFix(py::module_& module) {
   py::class_<Fix>(
       module, "Fix",
@@ -237,6 +270,7 @@ void bindFix(py::module_& module) {
              return fmt::format("<xview.Fix {}: {}>", toString(f.answer->fix.status),
                                 tools::oneLine(f.answer->fix.reason));
            })
+      .def("_repr_html_", &htmlOf)
       .def_property_readonly(
           "accepted", [](const Fix& f) { return f.answer->fix.accepted(); },
           "The pose is wrong with at most the chance that the localizer was asked for.")
