@@ -127,6 +127,7 @@ Cameras in streets with labels, looking ahead, back or aside; *noisy*: 83 % of t
 |---|---|
 | How near is the pose in every world, clean, noisy and real? What does a query cost? | [worlds](worlds.md) |
 | And PCL's own registration, on the same raw clouds? | [against PCL](against_pcl.md) |
+| And Open3D, with rooms, whole processes? | [against Open3D](against_open3d.md) |
 | Who decides what is accepted, and on what was that learned? | [verdict](verdict.md) |
 | Worlds of another make, raw clouds, label sets, bare graphs, from the air, what the parts add | [studies](studies.md) |
 | What does a map cost as it grows, and does it find less? | [growth](growth.md) |
