@@ -271,6 +271,7 @@ class Meeting {
   }
 
   void print(Sheet& sheet) {
+    printInShort(sheet);
     printPlaces(sheet);
     printClasses(sheet);
     printGraphs(sheet);
@@ -282,6 +283,7 @@ class Meeting {
 
  private:
   LabelSet ownLabels() const;
+  void printInShort(Sheet& sheet) const;
   void printPlaces(Sheet& sheet);
   void printClasses(Sheet& sheet) const;
   void printGraphs(Sheet& sheet) const;
@@ -315,9 +317,45 @@ LabelSet Meeting::ownLabels() const {
       ->labels();
 }
 
-void Meeting::printPlaces(Sheet& sheet) {
+std::string extentText(const Place& place) {
+  const Eigen::AlignedBox3d box = boundsOf(place);
+  if (box.isEmpty()) return "nothing";
+  return fmt::format("{:.3g} x {:.3g} x {:.3g} m", box.sizes().x(), box.sizes().y(),
+                     box.sizes().z());
+}
+
+/// "90 % of windows of 30 m": of the longest of the map's own windows that a query is as long as.
+std::string expectedText(const map::SemanticMap& map, double length_m) {
+  std::string text = "the map did not look for windows of itself; make it of a recording";
+  for (const OwnAcceptance& own : ownAcceptance(map)) {
+    if (text[0] != 't' && own.window_m > length_m) break;
+    text = fmt::format("{} % of the map's own windows of {:.3g} m are accepted by place alone",
+                       100 * own.accepted[0] / own.stretches, own.window_m);
+  }
+  return text;
+}
+
+/// What decides most of it: what has seen both, how much of a place, and how sure it can be.
+void Meeting::printInShort(Sheet& sheet) const {
+  const auto points = [](const Place& place) {
+    const double area_m2 =
+        static_cast<double>(place.bev.known.size()) * place.bev.cell_m * place.bev.cell_m;
+    const double count = static_cast<double>(place.cloud.size());
+    return fmt::format("{:.0f} points, {:.3g} per m2", count, count / std::max(1.0, area_m2));
+  };
+  const Place& query = *query_.whole;
   sheet.row("query", query_.path);
   sheet.row("map", job_.operands[1]);
+  const char* const sensor = query.sensor == Sensor::camera  ? "a camera"
+                             : query.sensor == Sensor::lidar ? "a scanner"
+                                                             : "a cloud";
+  sheet.row("seen by", fmt::format("{}, {}; map: {} key frames, {}", sensor, points(query),
+                                   map_.poses.size(), points(map_)));
+  sheet.row("extent", extentText(query) + "; map: " + extentText(map_));
+  sheet.row("expected", expectedText(map_, pathLengths(query.poses).back()));
+}
+
+void Meeting::printPlaces(Sheet& sheet) {
   sheet.bounds("query bounds", boundsOf(*query_.whole));
   sheet.bounds("map bounds", boundsOf(map_));
   const double length_m = pathLengths(query_.whole->poses).back();

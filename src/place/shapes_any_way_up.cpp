@@ -18,13 +18,15 @@ namespace {
 
 constexpr double kLittleGround = 0.15;  ///< share of a cloud; less makes one ask which way is up
 constexpr double kLittleGroundOfScan = 0.3;  ///< half of a scan is ground, a fifth if it hangs
+constexpr double kMostGround = 0.8;          ///< share of a cloud that shows things on it
 constexpr float kUnderScanner_m = 25;        ///< ground farther away may be another slope
 constexpr double kFewestOfGround = 50;       ///< points of a plane
 constexpr double kSteepStreet_rad = 0.15;  ///< ground that leans more is that of a leaning scanner
 constexpr double kDoubtfulGround = 0.2;    ///< the same of a town, where surfaces are asked
 constexpr double kMuchFoliage = 0.5;       ///< share of a cloud: leaning surfaces are of no shape
 constexpr float kClearlyOff_m = 0.5;       ///< above ground or below it
-constexpr double kMuchMore = 2;            ///< times as much ground: another way is up
+/// Times as much ground, for another way to be up; the same where upright surfaces fit.
+constexpr double kMuchMore = 2, kFarMore = 4;
 
 double shareOf(Shape shape, const pcl::PointCloud<Point>& points) {
   const auto count = std::count_if(points.begin(), points.end(), [&](const Point& point) {
@@ -108,17 +110,33 @@ struct TurnedCloud {
   }
 };
 
-/// Labels a cloud along this vertical. Up is where more ground is seen, with things on it.
-Eigen::Vector3d labelAlong(const Eigen::Vector3d& vertical, Sensor sensor, double size,
-                           pcl::PointCloud<Point>& points) {
+/// A cloud as it lies along this vertical. Up is where more ground is seen, with things on it.
+TurnedCloud along(const Eigen::Vector3d& vertical, Sensor sensor, double size,
+                  pcl::PointCloud<Point> points) {
   TurnedCloud best(alignmentFromUp(vertical).toRotationMatrix(), size, points);
   TurnedCloud other(alignmentFromUp(-vertical).toRotationMatrix(), size, std::move(points));
   const auto weight = [&](const TurnedCloud& cloud) {
     return std::make_pair(standsOnGround(cloud.R, sensor, cloud.points), cloud.ground);
   };
-  if (weight(best) < weight(other)) best = std::move(other);
-  points = std::move(best.points);
-  return best.R.row(2);
+  return std::move(weight(best) < weight(other) ? other : best);
+}
+
+/// Turns a cloud by quarters to where it shows so many times as much ground; to where its top is
+/// below, which no surface tells, to where it shows much more.
+void turnByGround(Sensor sensor, double size, double more, TurnedCloud& best) {
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+  std::vector<Eigen::AngleAxisd> turns = {{M_PI / 2, x}, {-M_PI / 2, x}};
+  if (sensor == Sensor::lidar || size == kTownScale)
+    turns.insert(turns.end(), {{M_PI / 2, y}, {-M_PI / 2, y}, {M_PI, x}});
+  const Eigen::Matrix3d R = best.R;
+  const double ground = best.ground;
+  for (const Eigen::AngleAxisd& turn : turns) {
+    TurnedCloud other(R * turn.toRotationMatrix(), size, best.points);
+    const double least = (turn.angle() == M_PI ? kMuchMore : more) * ground;
+    if (other.ground >= std::max({kLittleGround, least, best.ground}) &&
+        other.ground <= kMostGround && standsOnGround(other.R, sensor, other.points))
+      best = std::move(other);
+  }
 }
 
 }  // namespace
@@ -133,28 +151,27 @@ Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor,
       labelTurned(alignmentFromUp(vertical.axis).toRotationMatrix(), size, points);
       return is_z ? Eigen::Vector3d::Zero() : vertical.axis;
     }
-    if (!vertical.axis.isZero()) return labelAlong(vertical.axis, sensor, size, points);
+    if (!vertical.axis.isZero()) {
+      TurnedCloud best = along(vertical.axis, sensor, size, std::move(points));
+      points = std::move(best.points);
+      return best.R.row(2);
+    }
   }
   TurnedCloud best(R_up_sensor, size, std::move(points));
-  if ((is_scan || size == kTownScale) && best.isDoubtful(sensor)) {
-    const Eigen::Vector3d vertical = otherVertical(best.R.row(2), size, best.points);
-    if (!vertical.isZero()) {
-      points = std::move(best.points);
-      return labelAlong(vertical, sensor, size, points);
+  OtherVertical other_vertical;
+  if ((is_scan || size == kTownScale) && best.isDoubtful(sensor))
+    other_vertical = otherVertical(best.R.row(2), size, best.points);
+  const bool tells = !other_vertical.axis.isZero();
+  if (tells && other_vertical.axis != best.R.row(2).transpose()) {
+    TurnedCloud other = along(other_vertical.axis, sensor, size, best.points);
+    const bool has_ground = other.ground > kFarMore * best.ground && other.ground < kMostGround;
+    if (other_vertical.is_clear || has_ground) {
+      points = std::move(other.points);
+      return other.R.row(2);
     }
   }
-  if (best.ground < (is_scan ? kLittleGroundOfScan : kLittleGround)) {
-    const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
-    std::vector<Eigen::AngleAxisd> turns = {{M_PI / 2, x}, {-M_PI / 2, x}};
-    if (is_scan || size == kTownScale) turns.emplace_back(M_PI, x);
-    double least = std::max(kLittleGround, kMuchMore * best.ground);
-    for (const Eigen::AngleAxisd& turn : turns) {
-      TurnedCloud other(R_up_sensor * turn.toRotationMatrix(), size, best.points);
-      if (other.ground < least || !standsOnGround(other.R, sensor, other.points)) continue;
-      least = other.ground;
-      best = std::move(other);
-    }
-  }
+  if (best.ground < (is_scan ? kLittleGroundOfScan : kLittleGround))
+    turnByGround(sensor, size, tells ? kFarMore : kMuchMore, best);
   points = std::move(best.points);
   return Eigen::Vector3d::Zero();
 }

@@ -14,9 +14,9 @@ namespace xview {
 /// Where little lies as ground would, much is of no shape, or the ground leans, z may not be up:
 /// meshes are often drawn with y up, cameras have y down, scanners hang, lean or lie on their
 /// sides. Then, and in every cloud of a room, z is not up where it is not what surfaces say
-/// (verticalOfRoom, otherVertical): returned is up as they say, a unit vector, else zero. Where too
-/// few surfaces tell, labelled as of the way up by quarters that shows the most ground, with things
-/// on it, if that is by far more.
+/// (verticalOfRoom, otherVertical): returned is up as they say, a unit vector, else zero.
+/// Where too few surfaces tell, labelled as of the way up by quarters that shows the most ground,
+/// with things on it, if that is by far more.
 Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor, double size,
                               pcl::PointCloud<Point>& points);
 

@@ -266,16 +266,24 @@ VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size)
   return {z_fits ? z : near_z, false};
 }
 
-Eigen::Vector3d otherVertical(const Eigen::Vector3d& up, double size,
-                              const pcl::PointCloud<Point>& points) {
+OtherVertical otherVertical(const Eigen::Vector3d& up, double size,
+                            const pcl::PointCloud<Point>& points) {
+  // In a street its walls would be as flat a floor and ceiling, and a scanner of few beams sees
+  // nothing of the ground but lines. What `up` fits at all is only leant by something else, or by
+  // ground that more than walls are.
+  constexpr double kFits = 0, kMoreThanWalls = 1.8;
   Normals normals;
   addNormals(points, size, false, normals);
-  if (normals.count() < 2 * kFewestNormals) return Eigen::Vector3d::Zero();  // each counts twice
+  if (normals.count() < 2 * kFewestNormals) return {};  // each counts twice
   const UpScore score(normals);
+  const double as_given = score(up);
+  const auto isOther = [&](const Eigen::Vector3d& axis) {
+    return axis.dot(up) < std::cos(kNearZ_rad) && score(axis) > as_given + kClearlyBetter;
+  };
+  const Eigen::Vector3d near = mostLikelyNear(up, kAxisOff_rad, score);
+  if (isOther(near) && (as_given >= kFits || score(near) > kMoreThanWalls)) return {near, true};
   const Eigen::Vector3d best = mostLikelyNear(up, M_PI / 2, score);
-  const bool is_other =
-      best.dot(up) < std::cos(kNearZ_rad) && score(best) > score(up) + kClearlyBetter;
-  return is_other ? best : Eigen::Vector3d::Zero();
+  return isOther(best) ? OtherVertical{best, as_given < kFits} : OtherVertical{up, false};
 }
 
 }  // namespace xview

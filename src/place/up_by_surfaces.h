@@ -28,10 +28,17 @@ struct VerticalOfRoom {
 /// too few surfaces are seen.
 VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size);
 
-/// What is vertical in a cloud of this scale of which little fits as if `up`, a unit vector in its
-/// frame, were up: the direction of all that surfaces fit best, up or down, if they fit it clearly
-/// better. Zero if they do not, or if too few surfaces are seen.
-Eigen::Vector3d otherVertical(const Eigen::Vector3d& up, double size,
-                              const pcl::PointCloud<Point>& points);
+/// What may be vertical in a cloud instead of what is up as it was given.
+struct OtherVertical {
+  /// A unit vector, `up` if nothing else is; zero if too few surfaces are seen.
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  bool is_clear = false;  ///< that it is; else its ground must tell
+};
+
+/// By the same mixture, in a cloud of this scale of which little fits as if `up`, a unit vector in
+/// its frame, were up: the direction within 45 degrees, or of all, that surfaces fit clearly
+/// better.
+OtherVertical otherVertical(const Eigen::Vector3d& up, double size,
+                            const pcl::PointCloud<Point>& points);
 
 }  // namespace xview

@@ -209,7 +209,9 @@ std::vector<LegendEntry> queryEntries(const Scene& scene) {
       addOnce(entries, "true pose", arrowOf({255, 255, 255}, kTruthColor));
     if (query.cloud)
       addOnce(entries,
-              areNumbered(scene.queries) ? std::to_string(i + 1) + " " + query.name : "query",
+              areNumbered(scene.queries)
+                  ? std::to_string(i + 1) + " " + query.name.substr(query.name.rfind('/') + 1)
+                  : "query",
               swatchOf(queryColor(scene.queries, i)));
     if (query.graph && !query.graph->empty()) {
       if (!query.kept.empty()) addOnce(entries, "vertex, kept", diamondOf(true));

@@ -115,6 +115,35 @@ INSTANTIATE_TEST_SUITE_P(RawRecording, ShapesOfScans, testing::Values(Sensor::li
                            return std::string(sensor.param == Sensor::lidar ? "Lidar" : "Cloud");
                          });
 
+/// Check fix for: between high walls, where a scanner of few beams sees nothing of the ground but
+/// lines, one wall was taken for the floor and the other one for the ceiling.
+TEST(RawRecording, AScanBetweenHighWallsIsNotTurned) {
+  for (const Sensor sensor : {Sensor::lidar, Sensor::cloud}) {
+    pcl::PointCloud<Point> points;
+    Random random(5);
+    const auto add = [&](double x, double y, double z) {
+      points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z), 0);
+    };
+    for (const double radius_m : {6.0, 8.0, 11.0, 16.0}) {
+      for (int i = 0; i < 400; ++i) {
+        const double turn = 2 * M_PI * i / 400;
+        if (std::abs(radius_m * std::sin(turn)) < 4)
+          add(radius_m * std::cos(turn), radius_m * std::sin(turn), -1.6 + 0.02 * random.normal());
+      }
+    }
+    const std::size_t ground = points.size();
+    for (int i = 0; i < 6000; ++i)
+      add(40 * random.uniform() - 20, (i % 2 == 0 ? 4 : -4) + 0.02 * random.normal(),
+          8 * random.uniform() - 1.6);
+    const std::vector<std::uint32_t> labels = labelsOf(points, sensor);
+    std::size_t walls = 0;
+    for (std::size_t i = ground; i < labels.size(); ++i) walls += labels[i] == 2U;
+    EXPECT_GT(walls, 4500U);
+    EXPECT_GT(std::count(labels.begin(), labels.begin() + static_cast<std::ptrdiff_t>(ground), 1U),
+              static_cast<std::ptrdiff_t>(ground * 9 / 10));
+  }
+}
+
 /// A street that climbs stays as it is.
 TEST(RawRecording, AScanOfASteepStreetIsNotTurned) {
   pcl::PointCloud<Point> steep = street();
