@@ -2,6 +2,7 @@
 #include "place/shapes.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -279,8 +280,9 @@ class Standing {
 constexpr double kPieceColumn_m = 0.5;
 constexpr float kLowest_m = 0.9F, kHighest_m = 2.3F;    ///< top of a vehicle
 constexpr double kSmallest_m2 = 1.5, kLargest_m2 = 14;  ///< of what is seen of it from above
+constexpr double kLongest_m = 8;  ///< a wall may be as low, as far as a scanner sees it up
 
-/// Columns that touch one another, as low and as large as a vehicle.
+/// Columns that touch one another, as low, as large and as long as a vehicle.
 void Standing::findLowObjects() {
   CellIndex columns;
   std::vector<float> tops;
@@ -295,9 +297,17 @@ void Standing::findLowObjects() {
   std::vector<std::uint8_t> is_low(columns.size(), 0);
   for (const auto& piece : connectedCells(columns, [](std::int32_t) { return true; })) {
     float top = 0;
-    for (const std::int32_t c : piece) top = std::max(top, tops[c]);
+    Eigen::AlignedBox2i box;
+    for (const std::int32_t c : piece) {
+      const PlaneCell& cell = columns.cells()[static_cast<std::size_t>(c)];
+      top = std::max(top, tops[c]);
+      box.extend(Eigen::Vector2i(cell.x, cell.y));
+    }
     const double area = static_cast<double>(piece.size()) * kPieceColumn_m * kPieceColumn_m;
-    if (top < kLowest_m || top > kHighest_m || area < kSmallest_m2 || area > kLargest_m2) continue;
+    const double length_m = kPieceColumn_m * box.sizes().cast<double>().norm();
+    if (top < kLowest_m || top > kHighest_m || area < kSmallest_m2 || area > kLargest_m2 ||
+        length_m > kLongest_m)
+      continue;
     for (const std::int32_t c : piece) is_low[c] = 1;
   }
   for (std::size_t v = 0; v < found_.size(); ++v) {
