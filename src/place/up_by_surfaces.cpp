@@ -268,9 +268,10 @@ VerticalOfRoom verticalOfRoom(const pcl::PointCloud<Point>& points, double size)
 
 OtherVertical otherVertical(const Eigen::Vector3d& up, double size,
                             const pcl::PointCloud<Point>& points) {
-  // In a street its walls would be as flat a floor and ceiling, and a scanner of few beams sees
-  // nothing of the ground but lines. What `up` fits at all is only leant by something else, or by
-  // ground that more than walls are.
+  // The walls of a street would be as flat a floor and ceiling, and of the ground a scanner of few
+  // beams sees nothing but lines. So a cloud that `up` fits somehow is turned by more than a lean
+  // only where its ground says so (is_clear), and a lean of one that it does not fit is believed
+  // where it shows more than walls.
   constexpr double kFits = 0, kMoreThanWalls = 1.8;
   Normals normals;
   addNormals(points, size, false, normals);
