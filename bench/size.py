@@ -17,7 +17,7 @@ ROOMS = {
     "include": (["include/xview"], 2600, None),
     "base": (["src/base"], 3200, 3365),
     "process": (["src/process"], 1000, None),
-    "place": (["src/place"], 7200, 8875),  # storeys, floors of clouds, clouds that lie any way
+    "place": (["src/place"], 7200, 8890),  # storeys, floors of clouds, clouds that lie any way
     "search": (["src/search"], 5400, 5970),
     "match": (["src/match"], 1300, 1855),
     "pose": (["src/pose"], 2800, None),

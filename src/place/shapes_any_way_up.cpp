@@ -110,10 +110,13 @@ struct TurnedCloud {
   }
 };
 
-/// A cloud as it lies along this vertical. Up is where more ground is seen, with things on it.
-TurnedCloud along(const Eigen::Vector3d& vertical, Sensor sensor, double size,
+/// A cloud as it lies along this vertical. Up is where more ground is seen, with things on it; of a
+/// lean it is the side of the axis if much ground is.
+TurnedCloud along(const Eigen::Vector3d& vertical, bool is_lean, Sensor sensor, double size,
                   pcl::PointCloud<Point> points) {
   TurnedCloud best(alignmentFromUp(vertical).toRotationMatrix(), size, points);
+  if (is_lean && best.ground > kLittleGroundOfScan && standsOnGround(best.R, sensor, best.points))
+    return best;
   TurnedCloud other(alignmentFromUp(-vertical).toRotationMatrix(), size, std::move(points));
   const auto weight = [&](const TurnedCloud& cloud) {
     return std::make_pair(standsOnGround(cloud.R, sensor, cloud.points), cloud.ground);
@@ -152,7 +155,7 @@ Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor,
       return is_z ? Eigen::Vector3d::Zero() : vertical.axis;
     }
     if (!vertical.axis.isZero()) {
-      TurnedCloud best = along(vertical.axis, sensor, size, std::move(points));
+      TurnedCloud best = along(vertical.axis, false, sensor, size, std::move(points));
       points = std::move(best.points);
       return best.R.row(2);
     }
@@ -163,7 +166,8 @@ Eigen::Vector3d labelAnyWayUp(const Eigen::Matrix3d& R_up_sensor, Sensor sensor,
     other_vertical = otherVertical(best.R.row(2), size, best.points);
   const bool tells = !other_vertical.axis.isZero();
   if (tells && other_vertical.axis != best.R.row(2).transpose()) {
-    TurnedCloud other = along(other_vertical.axis, sensor, size, best.points);
+    TurnedCloud other =
+        along(other_vertical.axis, other_vertical.is_lean, sensor, size, best.points);
     const bool has_ground = other.ground > kFarMore * best.ground && other.ground < kMostGround;
     if (other_vertical.is_clear || has_ground) {
       points = std::move(other.points);

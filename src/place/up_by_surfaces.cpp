@@ -278,11 +278,13 @@ OtherVertical otherVertical(const Eigen::Vector3d& up, double size,
   if (normals.count() < 2 * kFewestNormals) return {};  // each counts twice
   const UpScore score(normals);
   const double as_given = score(up);
+  if (as_given > kMoreThanWalls) return {up, false};
   const auto isOther = [&](const Eigen::Vector3d& axis) {
     return axis.dot(up) < std::cos(kNearZ_rad) && score(axis) > as_given + kClearlyBetter;
   };
   const Eigen::Vector3d near = mostLikelyNear(up, kAxisOff_rad, score);
-  if (isOther(near) && (as_given >= kFits || score(near) > kMoreThanWalls)) return {near, true};
+  if (isOther(near) && (as_given >= kFits || score(near) > kMoreThanWalls))
+    return {near, true, true};
   const Eigen::Vector3d best = mostLikelyNear(up, M_PI / 2, score);
   return isOther(best) ? OtherVertical{best, as_given < kFits} : OtherVertical{up, false};
 }

@@ -33,6 +33,7 @@ struct OtherVertical {
   /// A unit vector, `up` if nothing else is; zero if too few surfaces are seen.
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
   bool is_clear = false;  ///< that it is; else its ground must tell
+  bool is_lean = false;   ///< within 45 degrees of `up`
 };
 
 /// By the same mixture, in a cloud of this scale of which little fits as if `up`, a unit vector in
