@@ -20,8 +20,8 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 from paper_page import table, wrapped
-from raw_pairs import error_m, middle_of, pairs
-from turned import RIGHT_IN_ROOM_M, RIGHT_M, rooms
+from raw_pairs import error_m, middle_of
+from turned import recorded_pairs
 
 VOXELS_M = {"kitchen": 0.05, "apartment": 0.1, "tls_corridor": 0.1}  # by folder; elsewhere 0.8
 INTRO = """# Against Open3D, on the same raw clouds
@@ -84,10 +84,8 @@ def main():
         return by_open3d(given.one[0], given.one[1], float(given.one[2]))
     if subprocess.run([sys.executable, "-c", "import open3d"], stderr=subprocess.DEVNULL).returncode != 0:
         sys.exit("open3d is not there: apt-get install python3-open3d")
-    listed = [(*pair, RIGHT_M) for pair in pairs(given.data, given.work / "clouds")]
-    listed += [(*pair, RIGHT_IN_ROOM_M) for pair in rooms(given.data)]
     rows, sums = [], {"xview": [], "open3d": []}
-    for name, query, place, T_true, right_m in listed:
+    for name, query, place, T_true, right_m in recorded_pairs(given.data, given.work / "clouds"):
         voxel = VOXELS_M.get(query.parent.name, 0.8)
         ours = run([given.program, "localize", str(query), str(place), "--json", "-q", "--threads", "1"])
         theirs = run([sys.executable, __file__, "--one", str(query), str(place), str(voxel)])
@@ -104,7 +102,7 @@ def main():
         def place_of(who):
             return "" if not T_true else f"{off[who]:.3f} m, " if off[who] < 100 else "> 100 m, "
 
-        rows.append([name + ("" if T_true else ": elsewhere"),
+        rows.append([name + ("" if T_true else ": negative"),
                      f"{place_of('xview')}{ours['status']} ({ours['p_wrong']:.1g}), {ours['s']:.2f} s",
                      f"{place_of('open3d')}{theirs['fitness']:.2f}, {theirs['s']:.2f} s"])
     own = sum(is_own for is_own, *_ in sums["xview"])

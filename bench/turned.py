@@ -7,7 +7,7 @@
 The pairs are those of bench/raw_pairs.py, outdoors, and the clouds of bench/rooms.py. Each query is sought as it is and
 by --turns random rotations of SO(3), as a scanner that hangs, leans or lies would have measured it. Right is within
 0.5 m at the middle of the query, in rooms 0.2 m. Prints a row per pair, with the time of the program over that of the
-query as it is; exit code 1 if a wrong place or a query from elsewhere is accepted.
+query as it is; exit code 1 if a wrong place or a negative is accepted.
 """
 import argparse
 import math
@@ -29,13 +29,14 @@ from rooms import PLACES, matrix
 RIGHT_M, RIGHT_IN_ROOM_M = 0.5, 0.2
 
 
-def rooms(data):
-    """(name, query, map, T_map_query) of clouds that are files"""
+def recorded_pairs(data, made):
+    """(name, query, map, T_map_query or None if the query is out of the map, how near is right [m])"""
+    yield from ((*pair, RIGHT_M) for pair in pairs(data, made))
     for place, (of_map, queries, _) in PLACES.items():
         for query, truth in queries.items():
             if (data / place / query).is_file():
                 T = matrix(data / place / truth) + [[0, 0, 0, 1]]
-                yield f"{place} {Path(query).stem}", data / place / query, data / place / of_map, T
+                yield f"{place} {Path(query).stem}", data / place / query, data / place / of_map, T, RIGHT_IN_ROOM_M
 
 
 def turned(given, query, name, turn):
@@ -43,10 +44,10 @@ def turned(given, query, name, turn):
     if turn == 0:
         return query, IDENTITY
     R = any_rotation(name, turn)
-    matrix, cloud = (given.work / f"{name.replace(' ', '_')}_{turn}{ending}" for ending in (".txt", ".pcd"))
+    file, cloud = (given.work / f"{name.replace(' ', '_')}_{turn}{ending}" for ending in (".txt", ".pcd"))
     if not cloud.exists():
-        matrix.write_text("\n".join(" ".join(map(str, row)) for row in R) + "\n")
-        subprocess.run([given.program, "lift", query, cloud, "--transform", matrix, "-q"], check=True)
+        file.write_text("\n".join(" ".join(map(str, row)) for row in R) + "\n")
+        subprocess.run([given.program, "lift", query, cloud, "--transform", file, "-q"], check=True)
     return cloud, R
 
 
@@ -59,8 +60,7 @@ def main():
     parser.add_argument("--jobs", default=2, type=int)
     given = parser.parse_args()
     given.work.mkdir(parents=True, exist_ok=True)
-    listed = [(*pair, RIGHT_M) for pair in pairs(given.data, given.work / "clouds")]
-    listed += [(*pair, RIGHT_IN_ROOM_M) for pair in rooms(given.data)]
+    listed = list(recorded_pairs(given.data, given.work / "clouds"))
 
     def ask(job):
         (name, query, place, T_true, _), turn = job
@@ -81,7 +81,7 @@ def main():
         cells = [f"{sum(e <= right_m for _, e, _ in some)}, {sum(yes for yes, _, _ in some)}"
                  for some in ([upright], others)]
         ratio = statistics.median(s for _, _, s in others) / upright[2]
-        rows.append([name + ("" if T_true else ": elsewhere"), *cells, f"{ratio:.1f}"])
+        rows.append([name + ("" if T_true else ": negative"), *cells, f"{ratio:.1f}"])
     print(table([["pair", "upright: right, accepted", f"of {given.turns} turned: right, accepted", "time"], *rows]))
     return wrong > 0
 

@@ -324,15 +324,15 @@ std::string extentText(const Place& place) {
                      box.sizes().z());
 }
 
-/// "90 % of windows of 30 m": of the longest of the map's own windows that a query is as long as.
+/// By the longest of the map's own windows that the query is as long as, else by the shortest.
 std::string expectedText(const map::SemanticMap& map, double length_m) {
-  std::string text = "the map did not look for windows of itself; make it of a recording";
-  for (const OwnAcceptance& own : ownAcceptance(map)) {
-    if (text[0] != 't' && own.window_m > length_m) break;
-    text = fmt::format("{} % of the map's own windows of {:.3g} m are accepted by place alone",
-                       100 * own.accepted[0] / own.stretches, own.window_m);
-  }
-  return text;
+  const std::vector<OwnAcceptance> all = ownAcceptance(map);
+  if (all.empty()) return "the map did not look for windows of itself; make it of a recording";
+  std::size_t longest = 0;
+  while (longest + 1 < all.size() && all[longest + 1].window_m <= length_m) ++longest;
+  const OwnAcceptance& own = all[longest];
+  return fmt::format("{} % of the map's own windows of {:.3g} m are accepted by place alone",
+                     100 * own.accepted[0] / own.stretches, own.window_m);
 }
 
 /// What decides most of it: what has seen both, how much of a place, and how sure it can be.

@@ -150,16 +150,23 @@ const BevGrid& viewOf(const SemanticMap& map) {
   return map.stored_view ? map.stored_view->whole() : map.bev;
 }
 
+namespace {
+
+/// What was measured of a view stays that of the map's, which differs by rounding or packing only.
+void keepMeasured(bool is_measured, bool has_overview, SemanticMap& map) {
+  if (is_measured) map.null.view = search::fingerprintOf(map.bev);
+  if (!has_overview) return;
+  auto overview = *map.overview;
+  overview.checksum = search::checksumOf(map.bev);
+  map.overview = std::make_shared<const search::MapOverview>(std::move(overview));
+}
+
+}  // namespace
+
 void unpackView(SemanticMap& map) {
   if (!map.stored_view) return;
   map.bev = map.stored_view->whole();
-  if (map.null.view == map.stored_view->fingerprint())
-    map.null.view = search::fingerprintOf(map.bev);
-  if (map.overview) {
-    auto overview = *map.overview;
-    overview.checksum = search::checksumOf(map.bev);
-    map.overview = std::make_shared<const search::MapOverview>(std::move(overview));
-  }
+  keepMeasured(map.null.view == map.stored_view->fingerprint(), map.overview != nullptr, map);
   map.stored_view.reset();
 }
 
@@ -294,12 +301,7 @@ void roundAsStored(SemanticMap& map) {
   for (Point& point : map.cloud.points) {
     for (float& coordinate : point.getVector3fMap()) round(coordinate);
   }
-  if (is_measured) map.null.view = fingerprintOfView(map);
-  if (had_overview) {
-    auto overview = *map.overview;
-    overview.checksum = search::checksumOf(map.bev);
-    map.overview = std::make_shared<const search::MapOverview>(std::move(overview));
-  }
+  keepMeasured(is_measured, had_overview, map);
 }
 
 void packPoints(SemanticMap& map) {

@@ -25,7 +25,8 @@ constexpr double kSteepStreet_rad = 0.15;  ///< ground that leans more is that o
 constexpr double kDoubtfulGround = 0.2;    ///< the same of a town, where surfaces are asked
 constexpr double kMuchFoliage = 0.5;       ///< share of a cloud: leaning surfaces are of no shape
 constexpr float kClearlyOff_m = 0.5;       ///< above ground or below it
-/// Times as much ground, for another way to be up; the same where upright surfaces fit.
+/// Ground of another way up over that of the given one, at least; the second where surfaces tell
+/// what is vertical.
 constexpr double kMuchMore = 2, kFarMore = 4;
 
 double shareOf(Shape shape, const pcl::PointCloud<Point>& points) {
@@ -124,8 +125,8 @@ TurnedCloud along(const Eigen::Vector3d& vertical, bool is_lean, Sensor sensor, 
   return std::move(weight(best) < weight(other) ? other : best);
 }
 
-/// Turns a cloud by quarters to where it shows so many times as much ground; to where its top is
-/// below, which no surface tells, to where it shows much more.
+/// Turns a cloud by quarters if it shows `more` times its ground then, and upside down, of which
+/// surfaces say the same, if it shows kMuchMore times its ground.
 void turnByGround(Sensor sensor, double size, double more, TurnedCloud& best) {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
   std::vector<Eigen::AngleAxisd> turns = {{M_PI / 2, x}, {-M_PI / 2, x}};

@@ -337,6 +337,24 @@ TEST(Changes, AreOfAnotherClassAlsoWhereNeitherHasAKind) {
   EXPECT_EQ(presenceOfCabinet(wallWith(true, false, kBoard)), Presence::gone);
 }
 
+Place ofShapes(Place place) {
+  LabelSet shapes(kShapes);
+  for (const auto& [id, info] : place.labels.classes()) shapes.add(info);
+  place.labels = shapes;
+  return place;
+}
+
+/// Check fix for: what another side shows as another shape was told as gone.
+TEST(Changes, AreNoneWhereShapesDiffer) {
+  const auto presence = [](const Place& later) {
+    return findChanges(ofShapes(wallWith(true, false)), ofShapes(later),
+                       Eigen::Isometry3d::Identity(), 0.02)
+        .presence.at(0);
+  };
+  EXPECT_EQ(presence(wallWith(true, false, kBoard)), Presence::stands);
+  EXPECT_EQ(presence(wallWith(false, false)), Presence::gone);
+}
+
 /// Check fix for: labels that a few frames gave to a part of something were told as gone.
 TEST(Changes, AreNotToldOfWhatItsOwnVisitSawRarely) {
   Place earlier = wallWith(true, false);
