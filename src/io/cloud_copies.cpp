@@ -319,7 +319,9 @@ std::vector<std::string> copyCloud(const std::string& from, const std::string& t
                                    const Eigen::Affine3d& moved, const LabelSet* labels) {
   if (endingOf(from) == ".las" && endingOf(to) == ".las") {
     copyLas(from, to, moved);
-    return {};
+    if (readCloudHeader(from).georeference.empty() || moved.isApprox(Eigen::Affine3d::Identity()))
+      return {};
+    return {"the copy names the coordinate system of the input, wherever it was moved to"};
   }
   const Source source(from, labels);
   std::vector<std::string> notes;

@@ -128,6 +128,7 @@ struct Records {
   bool is_geographic = false;          ///< its number is that of latitudes and longitudes
   double unit_m = 1, unit_of_z_m = 1;  ///< lengths that the keys state; of z as of x and y if none
   std::size_t extra = 0;               ///< bytes per point that the records describe
+  std::vector<Column> extra_columns;   ///< these bytes, if all are plain numbers with a name
   std::vector<std::string> classes;    ///< lines of writeLas() that name them
 };
 
@@ -170,6 +171,27 @@ std::size_t extraBytesOf(const std::string& content) {
   return sum;
 }
 
+/// The fields that a record of extra bytes describes; none if one of them is no plain number, as
+/// those are which a scale or an offset belongs to.
+std::vector<Column> extraColumnsOf(const std::string& content) {
+  constexpr std::array kTypes = {ScalarType::u8,  ScalarType::i8,  ScalarType::u16, ScalarType::i16,
+                                 ScalarType::u32, ScalarType::i32, ScalarType::u64, ScalarType::i64,
+                                 ScalarType::f32, ScalarType::f64};
+  constexpr int kScaledOrShifted = 0x18;
+  std::vector<Column> columns;
+  for (std::size_t i = 0; i + 192 <= content.size(); i += 192) {
+    const std::uint8_t type = at<std::uint8_t>(content, i + 2);
+    std::string name = textAt(content, i + 4, 32);
+    std::replace_if(
+        name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+    const bool is_plain = type >= 1 && type <= kTypes.size() && !name.empty() &&
+                          (at<std::uint8_t>(content, i + 3) & kScaledOrShifted) == 0;
+    if (!is_plain) return {};
+    columns.push_back({name, kTypes[type - 1U], 1, {}});
+  }
+  return columns;
+}
+
 void takeRecord(const std::string& user, std::uint16_t id, std::uint64_t bytes, InputFile& file,
                 Records& records) {
   const bool is_known = (user == "LASF_Projection" && (id == 2112 || id == 34735 || id == 34737)) ||
@@ -180,7 +202,10 @@ void takeRecord(const std::string& user, std::uint16_t id, std::uint64_t bytes, 
   if (id == 2112) records.wkt = textAt(content, 0, content.size());
   if (id == 34737) records.ascii = textAt(content, 0, content.size());
   if (id == 34735) takeKeys(content, records);
-  if (id == 4) records.extra = extraBytesOf(content);
+  if (id == 4) {
+    records.extra = extraBytesOf(content);
+    records.extra_columns = extraColumnsOf(content);
+  }
 }
 
 /// The records between header and points.
@@ -325,6 +350,11 @@ FileLayout readLasHeader(InputFile& file) {
     layout.notes.push_back(fmt::format(
         "its header describes {} extra bytes a point, but its points have {}; none is read",
         records.extra, beyond));
+  if (records.extra == beyond && !records.extra_columns.empty()) {
+    std::vector<Column>& columns = layout.elements[0].columns;
+    columns.pop_back();
+    columns.insert(columns.end(), records.extra_columns.begin(), records.extra_columns.end());
+  }
   file.seek(begin);
   layout.ends_with_rows = false;  // waveforms and records may follow
   return layout;

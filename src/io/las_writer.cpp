@@ -154,7 +154,8 @@ void copyLas(const std::string& from, const std::string& to, const Eigen::Affine
   file.seek(0);
   file.readBytes(header.data(), header.size());
   // Axes may be turned into one another, and lengths into metres.
-  Eigen::Array3d step_m = layout.scale * std::cbrt(moved.linear().determinant());
+  const double scale = std::cbrt(moved.linear().determinant());
+  Eigen::Array3d step_m = layout.scale * (std::abs(scale - 1) < 1e-9 ? 1 : scale);
   if (!moved.linear().isDiagonal()) step_m.setConstant(step_m.minCoeff());
   const Steps steps(to, box, step_m, layout.unit_m);
   steps.write(header, box);

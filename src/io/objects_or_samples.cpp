@@ -17,6 +17,8 @@ namespace {
 /// Things of a town are farther apart than the first, samples of any sensor closer than the last;
 /// things of a desk lie between [m].
 constexpr double kObjects_m = 1.0, kSamples_m = 0.1;
+/// So many things, each less than a metre from another, are in no place.
+constexpr std::size_t kMostCrowded = 20000;
 constexpr std::size_t kFirstVertices = 4096;  ///< probes are chosen among them, spread evenly
 constexpr std::size_t kProbes = 256;
 
@@ -132,7 +134,7 @@ Neighbourhoods lookAt(InputFile& file, const FileLayout& layout, const Element& 
 
 }  // namespace
 
-bool holdsGraph(const std::string& path, std::string* guess) {
+bool holdsGraph(const std::string& path, const InputOptions& options, std::string* guess) {
   constexpr double kAmongTheirLike = 0.8;
   InputFile file(path);
   const FileLayout layout = readPlyHeader(file);
@@ -146,12 +148,15 @@ bool holdsGraph(const std::string& path, std::string* guess) {
   if (has("observations") || has("extent_x")) return true;
   if (!has("label") || (faces && faces->rows > 0)) return false;
   if (layout.findElement("edge")) return true;
+  if (options.labels == "shapes") return false;  // its points are to tell their classes
   checkSize(file, layout);
   const Neighbourhoods around = lookAt(file, layout, *vertices, findIdColumns(*vertices, {}, file));
   if (around.count() < 2) return has("sigma");  // nothing else to go by
   const double spacing_m = around.spacing_m();
   const bool instances = around.areInstances();
-  if (spacing_m <= kSamples_m && !instances) return false;
+  const bool crowded =
+      spacing_m <= kSamples_m || (spacing_m < kObjects_m && around.count() > kMostCrowded);
+  if (crowded && !instances) return false;
   const bool objects =
       spacing_m >= kObjects_m || instances || around.shareAmongTheirLike() < kAmongTheirLike;
   if (guess) {

@@ -173,11 +173,12 @@ InputKind recogniseFolder(const fs::path& folder) {
   return kinds[0];
 }
 
-InputKind recogniseFile(const std::string& path, std::string* guess) {
+InputKind recogniseFile(const std::string& path, const InputOptions& options, std::string* guess) {
   const std::string ending = endingOf(path);
   if (ending == ".xvm") return InputKind::map;
   if (ending == ".bin") return InputKind::semantic_kitti;
-  if (ending == ".ply") return holdsGraph(path, guess) ? InputKind::graph : InputKind::cloud;
+  if (ending == ".ply")
+    return holdsGraph(path, options, guess) ? InputKind::graph : InputKind::cloud;
   if (isCloudFile(path)) return InputKind::cloud;
   if (isBag(path)) return InputKind::bag;
   if (const std::string way = wayTo(ending, path); !way.empty()) throw Error(path, way);
@@ -306,7 +307,7 @@ InputKind recogniseInput(const std::string& path, const InputOptions& options, s
         "of stdin and pipes only `xview follow -` reads; write what comes to a file and name "
         "that");
   if (!fs::exists(status)) throw Error(path, "no such file or folder");
-  return fs::is_directory(status) ? recogniseFolder(path) : recogniseFile(path, guess);
+  return fs::is_directory(status) ? recogniseFolder(path) : recogniseFile(path, options, guess);
 }
 
 FrameRange parseFrameRange(const std::string& text) {

@@ -303,6 +303,25 @@ TEST_F(CloudFiles, SamplesOfSurfacesAreNotTakenForThingsBecauseOfStrays) {
   EXPECT_EQ(recogniseInput(written("a.ply", header + rows)), InputKind::cloud);
 }
 
+TEST_F(CloudFiles, SamplesWithWrongLabelsAreNotTakenForThings) {
+  const auto file = [&](int count, const char* name) {
+    std::string rows;
+    for (int i = 0; i < count; ++i)
+      rows += std::to_string(0.15 * (i % 150)) + " " + std::to_string(0.15 * (i / 150)) + " 0 " +
+              std::to_string(1 + i % 3) + "\n";
+    return written(name, "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count) +
+                             "\nproperty double x\nproperty double y\nproperty double z\n"
+                             "property uint label\nend_header\n" +
+                             rows);
+  };
+  EXPECT_EQ(recogniseInput(file(30000, "many.ply")), InputKind::cloud);
+  const std::string few = file(3000, "few.ply");
+  EXPECT_EQ(recogniseInput(few), InputKind::graph);
+  InputOptions raw;
+  raw.labels = "shapes";
+  EXPECT_EQ(recogniseInput(few, raw), InputKind::cloud);
+}
+
 TEST_F(CloudFiles, TheThreePlyEncodingsAgree) {
   const auto header = [](const std::string& format) {
     return "ply\r\nformat " + format +

@@ -122,6 +122,29 @@ TEST_F(LasFiles, FlagsBesideTheClassAreNoPartOfItAndExtraBytesArePassedOver) {
   EXPECT_EQ(readCloud(write("a.las", newer.bytes())).points[0].label, 200u);
 }
 
+TEST_F(LasFiles, ExtraBytesThatAreNumbersWithNamesAreFields) {
+  const auto described = [](std::uint8_t type, std::uint8_t options, const std::string& name) {
+    std::string one(192, '\0');
+    one[2] = static_cast<char>(type);
+    one[3] = static_cast<char>(options);
+    return one.replace(4, name.size(), name);
+  };
+  LasFile file = threePoints(3);
+  file.extra_bytes = 5;
+  file.record_count = 1;
+  file.records =
+      variableRecord("LASF_Spec", 4, described(9, 0, "refl") + described(1, 0, "my class"));
+  const std::string las = write("a.las", file.bytes()), ply = folder_ / "a.ply";
+  EXPECT_EQ(readCloud(las, {"my_class", ""}).points[0].label, 0x5Au);
+  EXPECT_TRUE(copyCloud(las, ply, Eigen::Affine3d::Identity()).size() <= 1);
+  const std::vector<std::string> fields = readCloudHeader(ply).fields;
+  EXPECT_EQ(std::count(fields.begin(), fields.end(), "refl"), 1);
+  file.records =
+      variableRecord("LASF_Spec", 4, described(9, 8, "refl") + described(1, 0, "my class"));
+  EXPECT_THROW(readCloud(write("a.las", file.bytes()), {"my_class", ""}), Error)
+      << "of scaled ones the bytes are no values";
+}
+
 TEST_F(LasFiles, AMovedFileHasAllBytesButThoseOfCoordinates) {
   for (int format = 0; format <= 10; ++format) {
     LasFile file = threePoints(format);
