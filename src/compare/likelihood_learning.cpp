@@ -144,8 +144,7 @@ search::LikelihoodTable learnLikelihoods(const map::SemanticMap& given,
                                   T_map_sensor[middle].translation(), random);
     for (std::size_t c = 0; c < kBevChannels; ++c) {
       search::DistanceCounts& counts =
-          table.at(view.aerial ? search::Viewpoint::air : search::Viewpoint::ground,
-                   static_cast<BevChannel>(c));
+          table.at(search::viewpointOf(view.aerial, map.bev.aerial), static_cast<BevChannel>(c));
       countAt(field, view, T_true, height, c, counts.at_true);
       for (const Eigen::Isometry3d& T : wrong) countAt(field, view, T, height, c, counts.at_wrong);
     }

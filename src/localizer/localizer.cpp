@@ -131,6 +131,7 @@ Localization PlaceIndex::localize(const Query& given, const PoseHints& hints) co
     Eigen::Isometry3d pose = given.poses.back();
     pose.translation() *= answer.scale;
     answer.T_map_sensor = answer.T_map_query * pose;
+    if (!answer.trajectory.empty()) answer.trajectory = {answer.T_map_sensor};
     answer.covariance =
         pose::movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
   }
@@ -274,7 +275,7 @@ void PlaceIndex::setVisibility(const Query& query, const Query& levelled, Visibi
     seen.map_overlap = std::max(0.0, *seen.map_overlap);
     seen.miss_ratio = std::min(kConflictThreshold, *seen.miss_ratio);
   }
-  dense.aerial = query.bev.aerial;
+  dense.aerial = query.bev.aerial || map.bev.aerial;
   const bool is_camera = query.sensor == Sensor::camera;
   dense.indoors = is_camera && surroundingsOf(map.size) == search::Surroundings::rooms;
   dense.narrow = is_camera && !dense.indoors;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "place/bev_cells.h"
 
@@ -11,6 +12,11 @@ namespace xview {
 namespace {
 
 constexpr double kAerialShare = 0.5;  ///< of the weights that come from the air make a view aerial
+/// Of the cells of buildings that lie amid a roof make a view aerial; from what height, and how
+/// thick.
+constexpr double kRoofShare = 0.5;
+constexpr float kRoof_m = 2, kRoofThickness_m = 1;
+constexpr int kFewestRoofs = 100;  ///< cells: 25 m2
 
 using FloorClass = std::int8_t;  ///< one of kRoad, kSidewalk, kTerrain, kNoFloor
 constexpr FloorClass kNoFloor = -1, kSidewalk = 1;
@@ -110,6 +116,33 @@ void addKnown(const BevCells& cells, BevGrid& view) {
   }
 }
 
+/// Flat, high and with nothing below it: a piece of a roof, or the top of a wall.
+bool isRoof(const BevCells& cells, std::size_t i) {
+  const ObstacleCell* cell = cells.obstacleCellOf(i);
+  if (!cell || !cell->holds(Kind::building, kMinShare)) return false;
+  const ClassColumn& s = cell->of(Kind::building);
+  return s.bottom > kRoof_m && s.top - s.bottom < kRoofThickness_m &&
+         !(cells.floor[i].ground() > 0);
+}
+
+/// Whether areas of roofs are most of what is seen of buildings: who looks from the ground sees
+/// lines of walls, and the floor below whatever hangs over it.
+bool showsRoofs(const BevCells& cells) {
+  std::vector<bool> is_roof(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) is_roof[i] = isRoof(cells, i);
+  int roofs = 0, all = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const ObstacleCell* cell = cells.obstacleCellOf(i);
+    if (!cell || !cell->holds(Kind::building, kMinShare)) continue;
+    ++all;
+    if (!is_roof[i]) continue;
+    int around = 0;
+    cells.index.forAround(i, 1, [&](std::int32_t j) { around += is_roof[j]; });
+    roofs += around == 9;
+  }
+  return roofs >= kFewestRoofs && roofs >= kRoofShare * all;
+}
+
 /// False for points that are no numbers, or so far away that their cells have no number.
 bool isSomewhere(const Eigen::Vector3d& p) {
   constexpr double kFarthest_m = 1e8;
@@ -202,7 +235,7 @@ void BevGridBuilder::add(const LabelledCloud& cloud, const std::vector<float>& w
   sum(s.cast, s.voxels);
 }
 
-BevGrid BevGridBuilder::build() const {
+BevGrid BevGridBuilder::build(bool tells_by_roofs) const {
   const State& s = *state_;
   BevGrid view;
   view.cell_m = kBevCell_m;
@@ -212,8 +245,16 @@ BevGrid BevGridBuilder::build() const {
   view.aerial = s.weight_sum > 0 && s.aerial_weight >= kAerialShare * s.weight_sum;
   const BevVoxels& voxels = s.voxels.entries();
   if (voxels.empty()) return view;
-  const GroundRule rule = groundRule(view.aerial);
-  const BevCells cells = sortIntoCells(voxels, groundSurface(voxels, rule), rule);
+  const auto cellsOf = [&] {
+    const GroundRule rule = groundRule(view.aerial);
+    return sortIntoCells(voxels, groundSurface(voxels, rule), rule);
+  };
+  std::optional<BevCells> sorted(cellsOf());
+  if (tells_by_roofs && !view.aerial && showsRoofs(*sorted)) {
+    view.aerial = true;
+    sorted.emplace(cellsOf());
+  }
+  const BevCells& cells = *sorted;
   addFloor(cells, view);
   addObstacleCells(cells, view);
   findPosts(cells, view);

@@ -31,7 +31,9 @@ class BevGridBuilder {
   void add(const LabelledCloud& cloud, const std::vector<float>& weights,
            const std::vector<bool>& near, const Eigen::Isometry3d& T_bev_cloud, bool aerial);
 
-  BevGrid build() const;
+  /// `tells_by_roofs`: what shows roofs and hardly any walls was seen from the air. Rooms have
+  /// ceilings, and of cameras it is known.
+  BevGrid build(bool tells_by_roofs = false) const;
 
  private:
   struct State;

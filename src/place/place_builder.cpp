@@ -138,7 +138,7 @@ Place PlaceBuilder::finish() {
   Stopwatch watch;
   endRecording();
   askBudget("the view from above");
-  place_.bev = bev_->build();
+  place_.bev = bev_->build(place_.size >= kTownScale && place_.sensor != Sensor::camera);
   place_.bev.alignment = place_.gravity.alignment;
   std::vector<StoreyOfPlace> storeys;
   if (use_ == PlaceUse::map) {

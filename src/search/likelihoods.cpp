@@ -24,7 +24,7 @@ constexpr double kPriorCounts = 10;   ///< weight of "a true pose looks like a w
 /// Share of wrong poses off the path of the map, where distances are those of any map. Along a
 /// straight road all wrong poses on the path find its border where it is.
 constexpr double kOffPath = 0.05;
-constexpr std::array<const char*, 2> kViewpointNames = {"ground", "air"};
+constexpr std::array<const char*, kViewpoints> kViewpointNames = {"ground", "air", "ground_in_air"};
 
 using Distribution = std::array<double, kDistanceBins>;
 
@@ -43,6 +43,13 @@ Distribution uniform() {
   Distribution p{};
   p.fill(1.0 / kDistanceBins);
   return p;
+}
+
+/// False of files that were learned without such recordings.
+bool tellsAnything(const LikelihoodTable& table, Viewpoint viewpoint) {
+  const auto& channels = table.counts[static_cast<std::size_t>(viewpoint)];
+  return std::any_of(channels.begin(), channels.end(),
+                     [](const DistanceCounts& counts) { return sum(counts.at_true) > 0; });
 }
 
 /// False if the line is not what it should be.
@@ -80,6 +87,7 @@ void LikelihoodTable::add(const LikelihoodTable& other) {
 
 LogRatios logRatios(const LikelihoodTable& table, Viewpoint viewpoint, const MapNull* map_null,
                     double mix) {
+  if (!tellsAnything(table, viewpoint)) viewpoint = Viewpoint::ground;
   LogRatios ratios;
   for (std::size_t c = 0; c < kBevChannels; ++c) {
     const DistanceCounts& counts = table.at(viewpoint, static_cast<BevChannel>(c));
@@ -137,8 +145,8 @@ LikelihoodTable parseLikelihoods(const std::string& text, const std::string& pat
     if (line.empty() || line[0] == '#') continue;
     if (!parseLine(line, table)) {
       throw Error(path + ":" + std::to_string(number),
-                  "expected 'ground|air CHANNEL true|wrong' and " + std::to_string(kDistanceBins) +
-                      " counts, found '" + line + "'");
+                  "expected 'ground|air|ground_in_air CHANNEL true|wrong' and " +
+                      std::to_string(kDistanceBins) + " counts, found '" + line + "'");
     }
   }
   return table;
@@ -148,9 +156,9 @@ LikelihoodTable readLikelihoods(const std::string& path) {
   if (path == kRooms) return parseLikelihoods(kLikelihoodsOfRooms, "built-in likelihoods");
   if (path == kShapes) return parseLikelihoods(kLikelihoodsOfShapes, "built-in likelihoods");
   if (path == kShapesInLabels) {
-    constexpr auto air = static_cast<std::size_t>(Viewpoint::air);
-    LikelihoodTable table = defaultLikelihoods();
-    table.counts[air] = readLikelihoods(kShapes).counts[air];
+    constexpr auto ground = static_cast<std::size_t>(Viewpoint::ground);
+    LikelihoodTable table = readLikelihoods(kShapes);
+    table.counts[ground] = defaultLikelihoods().counts[ground];
     return table;
   }
   const std::ifstream file(path);

@@ -14,8 +14,15 @@ constexpr int kUnknownBin = kDistanceBins;
 constexpr std::array<float, kDistanceBins - 1> kBinLimits_m = {0.3f, 0.6f, 1.0f, 1.5f,
                                                                2.0f, 3.0f, 5.0f, 9.0f};
 
-/// From where a query saw the place: what is seen well from the ground is seen badly from the air.
-enum class Viewpoint { ground, air };
+/// From where a query saw the place that its map shows: what is seen well from the ground is seen
+/// badly from the air. `ground` are two views of one kind, `air` is a query from the air in a map
+/// from the ground, `ground_in_air` the reverse.
+enum class Viewpoint { ground, air, ground_in_air };
+constexpr std::size_t kViewpoints = 3;
+inline Viewpoint viewpointOf(bool query_is_aerial, bool map_is_aerial) {
+  if (query_is_aerial == map_is_aerial) return Viewpoint::ground;
+  return query_is_aerial ? Viewpoint::air : Viewpoint::ground_in_air;
+}
 
 /// How often the distance of a sample falls into each class, at the true pose and at wrong poses on
 /// the road. Counts, so that tables of several recordings can be added.
@@ -24,9 +31,9 @@ struct DistanceCounts {
   std::array<double, kDistanceBins> at_wrong{};
 };
 
-/// The learned likelihoods of all channels for both view-points.
+/// The learned likelihoods of all channels and view-points.
 struct LikelihoodTable {
-  std::array<std::array<DistanceCounts, kBevChannels>, 2> counts{};
+  std::array<std::array<DistanceCounts, kBevChannels>, kViewpoints> counts{};
 
   DistanceCounts& at(Viewpoint v, BevChannel c) {
     return counts[static_cast<std::size_t>(v)][static_cast<std::size_t>(c)];

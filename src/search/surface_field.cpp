@@ -339,6 +339,7 @@ class SurfaceField final : public Field {
         table_(options.likelihoods.empty() ? defaultLikelihoods()
                                            : readLikelihoods(options.likelihoods)),
         threads_(threads),
+        aerial_(map.grid.aerial),
         overview_(map.overview),
         obstacles_(map),
         distances_(isStored(map) ? DistanceField(map.grid, map.stored, *map.overview)
@@ -365,6 +366,9 @@ class SurfaceField final : public Field {
   const Rasters& rasters(const ViewTables& view) const {
     return view.rasters(distances_, overview_.get(), cell_m_, threads_);
   }
+  Viewpoint viewpointOf(const SurfaceSamples& query) const {
+    return search::viewpointOf(query.aerial, aerial_);
+  }
   /// Made at the first query of this view-point.
   const ViewTables& view(Viewpoint viewpoint) const {
     const auto v = static_cast<std::size_t>(viewpoint);
@@ -380,13 +384,14 @@ class SurfaceField final : public Field {
   bool in_town_;
   LikelihoodTable table_;
   int threads_;
+  bool aerial_;
   std::shared_ptr<const MapOverview> overview_;
   ObstacleIndex obstacles_;
   DistanceField distances_;
   Eigen::Vector3d origin_;
   PathNull null_;
-  mutable std::array<std::once_flag, 2> once_;
-  mutable std::array<std::unique_ptr<const ViewTables>, 2> views_;
+  mutable std::array<std::once_flag, kViewpoints> once_;
+  mutable std::array<std::unique_ptr<const ViewTables>, kViewpoints> views_;
 };
 
 double measuredGround_m2(const BevGrid& bev) {
@@ -404,7 +409,7 @@ class SurfaceQuery final : public FieldQuery {
         field_(field),
         bev_(bev),
         samples_(std::move(samples)),
-        view_(field.view(samples_.viewpoint)),
+        view_(field.view(field.viewpointOf(samples_))),
         score_(field.distances(), view_.ratios, samples_.fine),
         rough_score_(field.distances(), view_.coarse_ratios, samples_.coarse) {
     centre_ << samples_.centre, medianHeight(samples_.ground);
@@ -483,8 +488,10 @@ class SurfaceQuery final : public FieldQuery {
                    [&] { things_ = std::make_unique<DistanceField>(obstacleView(*bev_)); });
     const SurfaceSamples samples = surfaceSamples(field_.obstacles().around(
         (T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
-    const WeightedRatios ratios =
-        weighted(logRatios(field_.table(), samples_.viewpoint, nullptr, 0), false);
+    // One from the ground and one from the air, and what the weights of the verdict have met.
+    const Viewpoint viewpoint =
+        field_.viewpointOf(samples_) == Viewpoint::ground ? Viewpoint::ground : Viewpoint::air;
+    const WeightedRatios ratios = weighted(logRatios(field_.table(), viewpoint, nullptr, 0), false);
     const PlacePose as_it_is{samples.centre.x() - things_->originX(),
                              samples.centre.y() - things_->originY(), 0, 0};
     const SurfaceScore map_in_query(*things_, ratios, samples.fine);

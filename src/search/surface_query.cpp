@@ -71,25 +71,20 @@ struct CellTransform {
   CellTransform(const DistanceField& field, double px, double py, double yaw)
       : c(static_cast<float>(std::cos(yaw) / field.cellSize())),
         s(static_cast<float>(std::sin(yaw) / field.cellSize())),
-        cell_x(std::floor(px / field.cellSize())),
-        cell_y(std::floor(py / field.cellSize())),
+        cell_x(static_cast<std::int32_t>(std::floor(px / field.cellSize()))),
+        cell_y(static_cast<std::int32_t>(std::floor(py / field.cellSize()))),
         x(static_cast<float>(px / field.cellSize() - cell_x)),
         y(static_cast<float>(py / field.cellSize() - cell_y)) {}
-  std::int32_t cellX(float qx, float qy) const {
-    return base(cell_x) + floorToInt(x + c * qx - s * qy);
-  }
-  std::int32_t cellY(float qx, float qy) const {
-    return base(cell_y) + floorToInt(y + s * qx + c * qy);
-  }
+  std::int32_t cellX(float qx, float qy) const { return cell_x + floorToInt(x + c * qx - s * qy); }
+  std::int32_t cellY(float qx, float qy) const { return cell_y + floorToInt(y + s * qx + c * qy); }
 
-  static std::int32_t base(double cell) { return static_cast<std::int32_t>(cell); }
   static std::int32_t floorToInt(float v) {
     const auto i = static_cast<std::int32_t>(v);
     return i - (v < static_cast<float>(i));
   }
 
   float c, s;
-  double cell_x, cell_y;
+  std::int32_t cell_x, cell_y;
   float x, y;
 };
 
@@ -139,19 +134,6 @@ class TileWindow {
   std::vector<const Planes*> tiles_;
 };
 
-/// `where`: DistanceField or a TileWindow that holds all cells.
-template <class Cells>
-double scoreIn(const Cells& where, const DistanceField& field, const WeightedRatios& ratios,
-               const std::vector<SurfaceSamples::Sample>& samples, const PlacePose& pose) {
-  const CellTransform to_cell(field, pose.x, pose.y, pose.yaw);
-  double score = 0;
-  for (const SurfaceSamples::Sample& q : samples) {
-    score += ratios.value[q.channel]
-                         [where.bin(q.channel, to_cell.cellX(q.x, q.y), to_cell.cellY(q.x, q.y))];
-  }
-  return score;
-}
-
 template <class Score>
 PlacePose refineBy(const Score& score, PlacePose pose, double step_m, double step_rad, int levels) {
   static constexpr double kMoves[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
@@ -190,7 +172,7 @@ double radiusOf(const std::vector<SurfaceSamples::Sample>& samples) {
 
 SurfaceSamples surfaceSamples(const BevGrid& view) {
   SurfaceSamples query;
-  query.viewpoint = view.aerial ? Viewpoint::air : Viewpoint::ground;
+  query.aerial = view.aerial;
   const auto about_zero = gather(view, false, Eigen::Vector2d::Zero());
   if (about_zero.empty()) return query;
   for (const auto& s : about_zero) query.centre += Eigen::Vector2d(s.x, s.y);
@@ -211,7 +193,7 @@ SurfaceSamples partOf(const SurfaceSamples& samples, const Eigen::Vector2d& cent
                       double radius_m) {
   SurfaceSamples part;
   part.centre = centre;
-  part.viewpoint = samples.viewpoint;
+  part.aerial = samples.aerial;
   const Eigen::Vector2d offset = centre - samples.centre;
   const auto shifted = [&](auto sample) {
     sample.x -= static_cast<float>(offset.x());
@@ -239,11 +221,34 @@ double sampleWeight(BevChannel channel, bool coarse) {
 
 SurfaceScore::SurfaceScore(const DistanceField& field, const WeightedRatios& ratios,
                            const std::vector<SurfaceSamples::Sample>& samples)
-    : field_(field), ratios_(ratios), samples_(samples), radius_m_(radiusOf(samples)) {}
-
-double SurfaceScore::operator()(const PlacePose& pose) const {
-  return scoreIn(field_, field_, ratios_, samples_, pose);
+    : field_(field), ratios_(ratios), samples_(samples), radius_m_(radiusOf(samples)) {
+  for (const SurfaceSamples::Sample& q : samples) {
+    if (lanes_.empty() || lanes_.back().count == Lanes::kCount) lanes_.emplace_back();
+    Lanes& lanes = lanes_.back();
+    lanes.x[lanes.count] = q.x;
+    lanes.y[lanes.count] = q.y;
+    lanes.channel[lanes.count++] = q.channel;
+  }
 }
+
+/// `where`: DistanceField or a TileWindow that holds all cells.
+template <class Cells>
+double SurfaceScore::scoreIn(const Cells& where, const PlacePose& pose) const {
+  const CellTransform to_cell(field_, pose.x, pose.y, pose.yaw);
+  std::array<std::int32_t, Lanes::kCount> cx, cy;
+  double score = 0;
+  for (const Lanes& lanes : lanes_) {
+    for (std::size_t i = 0; i < Lanes::kCount; ++i) {
+      cx[i] = to_cell.cellX(lanes.x[i], lanes.y[i]);
+      cy[i] = to_cell.cellY(lanes.x[i], lanes.y[i]);
+    }
+    for (std::size_t i = 0; i < lanes.count; ++i)
+      score += ratios_.value[lanes.channel[i]][where.bin(lanes.channel[i], cx[i], cy[i])];
+  }
+  return score;
+}
+
+double SurfaceScore::operator()(const PlacePose& pose) const { return scoreIn(field_, pose); }
 
 PlacePose SurfaceScore::refineLocally(PlacePose pose, double step_m, double step_rad,
                                       int levels) const {
@@ -251,8 +256,8 @@ PlacePose SurfaceScore::refineLocally(PlacePose pose, double step_m, double step
   const double reach_m = radius_m_ + (2 * kMostMoves + 1) * step_m + 1;
   if (reach_m > kMostReach_m) return refineBy(*this, pose, step_m, step_rad, levels);
   const TileWindow window(field_, pose.x, pose.y, reach_m);
-  return refineBy([&](const PlacePose& p) { return scoreIn(window, field_, ratios_, samples_, p); },
-                  pose, step_m, step_rad, levels);
+  return refineBy([&](const PlacePose& p) { return scoreIn(window, p); }, pose, step_m, step_rad,
+                  levels);
 }
 
 std::vector<std::uint8_t> SurfaceScore::distanceBins(const PlacePose& pose) const {

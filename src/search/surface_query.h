@@ -24,7 +24,7 @@ struct SurfaceSamples {
     float x = 0, y = 0, z = 0;  ///< relative to the centre, z in the query frame
   };
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< in the query frame
-  Viewpoint viewpoint = Viewpoint::ground;
+  bool aerial = false;                               ///< seen from the air
   std::vector<Sample> fine;    ///< one per 3–4 m of surface, and all objects
   std::vector<Sample> coarse;  ///< one per 6–8 m, and all objects
   std::vector<Ground> ground;  ///< heights of ground cells, one per 2 m
@@ -79,9 +79,20 @@ class SurfaceScore {
   std::vector<SampleEvidence> evidence(const PlacePose& pose) const;
 
  private:
+  /// A few samples, coordinate by coordinate, as processors turn them at once.
+  struct Lanes {
+    static constexpr std::size_t kCount = 8;
+    std::array<float, kCount> x{}, y{};
+    std::array<std::uint8_t, kCount> channel{};
+    std::size_t count = 0;
+  };
+  template <class Cells>
+  double scoreIn(const Cells& where, const PlacePose& pose) const;
+
   const DistanceField& field_;
   const WeightedRatios& ratios_;
   const std::vector<SurfaceSamples::Sample>& samples_;
+  std::vector<Lanes> lanes_;  ///< of the samples, in their order
   double radius_m_;
 };
 

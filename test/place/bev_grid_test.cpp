@@ -100,6 +100,26 @@ TEST(BevGrid, IsAerialIfHalfOfTheVotesCameFromTheAir) {
   EXPECT_TRUE(mixed(true, false));
 }
 
+TEST(BevGrid, OfATownIsAerialIfItsBuildingsAreRoofs) {
+  const auto roof = [](double, double) { return 6.0; };
+  BevScene from_above, below, walls, high_walls;
+  from_above.patch(Kind::road, 0, 0, 40, 10, 0.0).patch(Kind::building, 0, 10, 40, 30, roof);
+  below.patch(Kind::road, 0, 0, 40, 30, 0.0).patch(Kind::building, 0, 10, 40, 30, roof);
+  walls.patch(Kind::road, 0, 0, 40, 10, 0.0).wall(Kind::building, 0, 10.1, 40, 10.1, 0.0, 9.0);
+  high_walls.patch(Kind::road, 0, 0, 40, 10, 0.0);
+  for (double y = 10.1; y < 30; y += 3) high_walls.wall(Kind::building, 0, y, 40, y, 3.0, 9.0);
+  const auto isAerial = [](const BevScene& scene, bool tells_by_roofs) {
+    BevGridBuilder builder(bevLabels());
+    scene.addTo(builder, false);
+    return builder.build(tells_by_roofs).aerial;
+  };
+  EXPECT_TRUE(isAerial(from_above, true));
+  EXPECT_FALSE(isAerial(from_above, false)) << "rooms have ceilings";
+  EXPECT_FALSE(isAerial(below, true)) << "there is a floor under it";
+  EXPECT_FALSE(isAerial(walls, true));
+  EXPECT_FALSE(isAerial(high_walls, true)) << "of which hedges hide the foot";
+}
+
 TEST(BevFloor, BorderRunsBetweenRoadAndSidewalkCells) {
   BevScene scene;
   scene.patch(Kind::road, 2, 2, 22, 10, 0.0).patch(Kind::sidewalk, 2, 10, 22, 16, 0.1);

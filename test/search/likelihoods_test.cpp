@@ -83,9 +83,9 @@ TEST(Likelihoods, AddUp) {
   }
 }
 
-TEST(Likelihoods, ThatComeWithTheProgramKnowEveryUsualChannelFromBothViewpoints) {
+TEST(Likelihoods, ThatComeWithTheProgramKnowEveryUsualChannelFromAllViewpoints) {
   const LikelihoodTable& table = defaultLikelihoods();
-  for (const Viewpoint v : {Viewpoint::ground, Viewpoint::air}) {
+  for (const Viewpoint v : {Viewpoint::ground, Viewpoint::air, Viewpoint::ground_in_air}) {
     const LogRatios ratios = logRatios(table, v, nullptr, 0);
     for (const BevChannel c : {BevChannel::road, BevChannel::building, BevChannel::pole,
                                BevChannel::border_road_sidewalk}) {
@@ -95,6 +95,21 @@ TEST(Likelihoods, ThatComeWithTheProgramKnowEveryUsualChannelFromBothViewpoints)
       EXPECT_GT(ratios.expected[i], 0) << toString(c);
     }
   }
+}
+
+TEST(Viewpoint, IsThatOfTheGroundForTwoViewsOfOneKind) {
+  EXPECT_EQ(viewpointOf(false, false), Viewpoint::ground);
+  EXPECT_EQ(viewpointOf(true, true), Viewpoint::ground);
+  EXPECT_EQ(viewpointOf(true, false), Viewpoint::air);
+  EXPECT_EQ(viewpointOf(false, true), Viewpoint::ground_in_air);
+  LikelihoodTable table = defaultLikelihoods();
+  const LogRatios ground = logRatios(table, Viewpoint::ground, nullptr, 0);
+  constexpr auto kBuilding = static_cast<std::size_t>(BevChannel::building);
+  EXPECT_NE(logRatios(table, Viewpoint::ground_in_air, nullptr, 0).value[kBuilding],
+            ground.value[kBuilding]);
+  table.counts[static_cast<std::size_t>(Viewpoint::ground_in_air)] = {};  // as older files have it
+  EXPECT_EQ(logRatios(table, Viewpoint::ground_in_air, nullptr, 0).value[kBuilding],
+            ground.value[kBuilding]);
 }
 
 TEST(LogRatio, OfUnknownAreaIsExactlyZero) {
@@ -216,7 +231,8 @@ TEST(LikelihoodFile, OfShapesInLabelsIsThatOfLabelsFromTheGroundAndThatOfShapesF
   for (const BevChannel c : {BevChannel::road, BevChannel::building, BevChannel::pole}) {
     EXPECT_EQ(mixed.at(Viewpoint::ground, c).at_true,
               defaultLikelihoods().at(Viewpoint::ground, c).at_true);
-    EXPECT_EQ(mixed.at(Viewpoint::air, c).at_true, shapes.at(Viewpoint::air, c).at_true);
+    for (const Viewpoint v : {Viewpoint::air, Viewpoint::ground_in_air})
+      EXPECT_EQ(mixed.at(v, c).at_true, shapes.at(v, c).at_true);
   }
 }
 

@@ -416,7 +416,7 @@ TEST(SurfaceSamples, HoldsOneSamplePerBlockOfSurfaceAndAllObjects) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const auto& s : query.fine) sum += Eigen::Vector2d(s.x, s.y);
   EXPECT_LT(sum.norm(), 1e-3) << "samples are about their centre";
-  EXPECT_EQ(query.viewpoint, Viewpoint::ground);
+  EXPECT_FALSE(query.aerial);
 }
 
 TEST(SurfaceField, DescribesAPoseWithoutMovingIt) {

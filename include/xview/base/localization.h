@@ -165,7 +165,7 @@ struct DenseEvidence : Visibility {
   /// Free-space violation: share of the map that rays of the query pass through, over the same
   /// share some metres off. See pose::freeSpaceViolation.
   std::optional<double> free_space_violation;
-  bool aerial = false;   ///< the query was recorded from the air
+  bool aerial = false;   ///< query or map was recorded from the air
   bool narrow = false;   ///< a camera outdoors: most of what stands around is out of its view
   bool indoors = false;  ///< a camera in rooms, or on a desk
 
