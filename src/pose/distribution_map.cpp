@@ -187,9 +187,11 @@ class DistributionMap::Tiles {
     return sum;
   }
 
-  const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m) const {
+  const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m,
+                              Nearest& last) const {
     constexpr float kRounding_m = 1e-3f;  // by which a mean may lie outside of its cell
     const CellKey own = cellOf(p, group, side_);
+    if (tells(last, p, own, gate_m)) return last.is;
     const TileKey own_tile = tileOf(own);
     const TileTable* own_table = tableAt(own_tile);
     const Eigen::Vector3f corner = side_ * Eigen::Vector3f(own.x, own.y, own.z);
@@ -200,7 +202,7 @@ class DistributionMap::Tiles {
       return way * way;
     };
     const Distribution* best = nullptr;
-    float best_squared = gate_m * gate_m;
+    float best_squared = gate_m * gate_m, next_squared = best_squared;
     const auto look = [&](std::int32_t dx, std::int32_t dy, std::int32_t dz) {
       const CellKey key{own.x + dx, own.y + dy, own.z + dz, group};
       const TileKey tile = tileOf(key);
@@ -208,24 +210,34 @@ class DistributionMap::Tiles {
       const Distribution* d = table ? table->find(key) : nullptr;
       if (!d) return;
       const float squared = (d->mean - p).squaredNorm();
-      if (squared >= best_squared) return;
+      if (squared >= best_squared) {
+        next_squared = std::min(next_squared, squared);
+        return;
+      }
+      if (best) next_squared = std::min(next_squared, best_squared);
       best_squared = squared;
       best = d;
+    };
+    const auto isTooFar = [&](float squared) {
+      if (squared < best_squared) return false;
+      next_squared = std::min(next_squared, squared);
+      return true;
     };
     // The own cell mostly has it; then few of the others can have a nearer one.
     look(0, 0, 0);
     for (std::int32_t dz = -1; dz <= 1; ++dz) {
       const float z = squaredWay(2, dz);
-      if (z >= best_squared) continue;
+      if (isTooFar(z)) continue;
       for (std::int32_t dy = -1; dy <= 1; ++dy) {
         const float zy = z + squaredWay(1, dy);
-        if (zy >= best_squared) continue;
+        if (isTooFar(zy)) continue;
         for (std::int32_t dx = -1; dx <= 1; ++dx) {
           const bool is_own = dx == 0 && dy == 0 && dz == 0;
-          if (!is_own && zy + squaredWay(0, dx) < best_squared) look(dx, dy, dz);
+          if (!is_own && !isTooFar(zy + squaredWay(0, dx))) look(dx, dy, dz);
         }
       }
     }
+    last = {best, p, std::sqrt(next_squared), gate_m};
     return best;
   }
 
@@ -258,6 +270,21 @@ class DistributionMap::Tiles {
   }
 
  private:
+  /// Whether the nearest one is that of the last question for sure: the point is in the same cell,
+  /// and moved less than another one would have to come nearer. Means of widened cells lie anywhere.
+  bool tells(const Nearest& last, const Eigen::Vector3f& p, const CellKey& own,
+             float gate_m) const {
+    constexpr float kRounding_m = 1e-4f;
+    const float moved_m = (p - last.from).norm() + kRounding_m;
+    if (is_sparse_ || !(moved_m < last.others_m) || gate_m > last.gate_m) return false;
+    const CellKey before = cellOf(last.from, own.group, side_);
+    if (!(before == own)) return false;
+    const float others_m = last.others_m - moved_m;
+    if (!last.is) return others_m >= gate_m;
+    const float distance_m = (last.is->mean - p).norm() + kRounding_m;
+    return distance_m < others_m && distance_m < gate_m;
+  }
+
   /// A column of the map, wide enough in cells that none lies in two.
   using TileKey = PlaneCell;
   struct Tile {
@@ -417,7 +444,13 @@ std::size_t DistributionMap::size() const { return tiles_->size(); }
 
 const Distribution* DistributionMap::nearest(const Eigen::Vector3f& p, std::uint32_t group,
                                              float gate_m) const {
-  return tiles_->nearest(p, group, gate_m);
+  Nearest nothing;
+  return tiles_->nearest(p, group, gate_m, nothing);
+}
+
+const Distribution* DistributionMap::nearest(const Eigen::Vector3f& p, std::uint32_t group,
+                                             float gate_m, Nearest& last) const {
+  return tiles_->nearest(p, group, gate_m, last);
 }
 
 void DistributionMap::forAround(

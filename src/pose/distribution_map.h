@@ -67,6 +67,16 @@ class DistributionMap {
   /// The nearest distribution of the group in the cell of p (relative to the origin) and the 26
   /// around it, within the gate; null if there is none.
   const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m) const;
+  /// The answer to the question before it, for a point that moves little from one to the next.
+  struct Nearest {
+    const Distribution* is = nullptr;
+    Eigen::Vector3f from = Eigen::Vector3f::Constant(NAN);  ///< where the point was
+    float others_m = 0;  ///< no other one was nearer than this, up to the gate of then
+    float gate_m = 0;
+  };
+  /// The same; cells are asked only if `last`, of this group, does not tell.
+  const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m,
+                              Nearest& last) const;
   /// True if there is anything of any group in the cell of p or one beside it.
   bool holdsAnything(const Eigen::Vector3f& p) const;
   /// Calls visit(distribution, group) for all around, at least as far as the radius in plan.

@@ -166,10 +166,10 @@ Eigen::Isometry3d Registration::poseAt(const Estimate& at, std::size_t pose) con
 
 bool Registration::findPartner(const QueryPoint& q, const Eigen::Isometry3d& T,
                                const Eigen::Vector3d& about, const Scope& scope,
-                               Partner& partner) const {
+                               DistributionMap::Nearest& last, Partner& partner) const {
   const Eigen::Vector3d p = T * q.p;
-  const Distribution* d =
-      map_.nearest((p - map_.origin()).cast<float>(), q.group, static_cast<float>(scope.gate_m));
+  const Distribution* d = map_.nearest((p - map_.origin()).cast<float>(), q.group,
+                                       static_cast<float>(scope.gate_m), last);
   if (!d) return false;
   partner.r = map_.origin() + d->mean.cast<double>() - p;
   const Eigen::Matrix3d W = d->information.cast<double>();
@@ -185,10 +185,11 @@ bool Registration::findPartner(const QueryPoint& q, const Eigen::Isometry3d& T,
 }
 
 Evidence Registration::evidenceAt(const Estimate& at, const std::vector<QueryPoint>& points,
-                                  const Scope& scope) const {
+                                  const Scope& scope, LastPartners* last) const {
   Evidence evidence(poses_.size());
-  forPartners(points, at, scope,
-              [&](const QueryPoint& q, const Partner& partner) { evidence.add(q, partner); });
+  forPartners(
+      points, at, scope,
+      [&](const QueryPoint& q, const Partner& partner) { evidence.add(q, partner); }, last);
   return evidence;
 }
 
@@ -258,6 +259,7 @@ Registration::Descent Registration::descend(const std::vector<QueryPoint>& point
   const double first_gate_m = options_.model.first_gate_m, last_gate_m = lastScope().gate_m;
   Descent result;
   result.at = start;
+  LastPartners last;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(6 + drift_.size());
   const std::size_t fewest = std::min(kFewestPartners, points.size() / 4 + 1);
   const int settled = static_cast<int>(std::ceil(0.6 * iterations));
@@ -266,7 +268,8 @@ Registration::Descent Registration::descend(const std::vector<QueryPoint>& point
     const double progress = std::min(1.0, i / std::max(1.0, 0.6 * iterations));
     const Evidence evidence = evidenceAt(result.at, points,
                                          {first_gate_m + progress * (last_gate_m - first_gate_m),
-                                          std::pow(first_tolerance_, 1 - progress)});
+                                          std::pow(first_tolerance_, 1 - progress)},
+                                         &last);
     result.partners = evidence.partners;
     result.valid = false;
     if (result.partners < fewest) return result;

@@ -45,6 +45,9 @@ struct NormalEquations {
   double cost = 0;  ///< of points and priors
 };
 
+/// Of each point, at the last pose that was asked for.
+using LastPartners = std::vector<DistributionMap::Nearest>;
+
 /// How far off a point may be to take part.
 struct Scope {
   double gate_m;
@@ -123,27 +126,31 @@ class Registration {
   /// T_map_query as it is right for a pose of the query.
   Eigen::Isometry3d poseAt(const Estimate& at, std::size_t pose) const;
 
-  Evidence evidenceAt(const Estimate& at, const std::vector<QueryPoint>& points,
-                      const Scope& scope) const;
+  Evidence evidenceAt(const Estimate& at, const std::vector<QueryPoint>& points, const Scope& scope,
+                      LastPartners* last = nullptr) const;
   NormalEquations assemble(const Evidence& evidence, const Estimate& at) const;
-  /// Calls visit(point, partner) for the points that have one.
+  /// Calls visit(point, partner) for the points that have one. `last`: of the same points, if poses
+  /// follow that are hardly apart.
   template <class Visit>
   void forPartners(const std::vector<QueryPoint>& points, const Estimate& at, const Scope& scope,
-                   Visit&& visit) const {
+                   Visit&& visit, LastPartners* last = nullptr) const {
+    if (last) last->resize(points.size());
     const Eigen::Vector3d about = sensorOf(at);
     std::size_t pose = poses_.size();
     Eigen::Isometry3d T = at.T_map_query;
     Partner partner;
-    for (const QueryPoint& q : points) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const QueryPoint& q = points[i];
       if (q.pose != pose) T = poseAt(at, pose = q.pose);
-      if (findPartner(q, T, about, scope, partner)) visit(q, partner);
+      DistributionMap::Nearest none;
+      if (findPartner(q, T, about, scope, last ? (*last)[i] : none, partner)) visit(q, partner);
     }
   }
 
  private:
   DriftChain driftOf(const std::vector<QueryPoint>& points, double scale) const;
   bool findPartner(const QueryPoint& q, const Eigen::Isometry3d& T, const Eigen::Vector3d& about,
-                   const Scope& scope, Partner& partner) const;
+                   const Scope& scope, DistributionMap::Nearest& last, Partner& partner) const;
   void addPriors(const Estimate& at, NormalEquations& n) const;
   double riseToFit(const std::vector<QueryPoint>& points) const;
   double bestRise(const std::vector<QueryPoint>& points, double weight) const;

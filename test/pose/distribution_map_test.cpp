@@ -100,6 +100,32 @@ TEST(DistributionMap, NearestIsThatOfAllCellsAroundWhereverTilesMeet) {
   EXPECT_GT(found, 100);
 }
 
+TEST(DistributionMap, KnowOfAPointThatMovesWhatTheyKnowOfOneThatIsThere) {
+  const LabelledCloud cloud = cloudOverTiles();
+  const DistributionMap map({cloud, twoClasses(), {}}, options());
+  Random random(5);
+  int changes = 0, none = 0;
+  for (int walk = 0; walk < 40; ++walk) {
+    const std::uint32_t group = matchingGroup(twoClasses(), random.below(2) ? kWall : kFence);
+    Eigen::Vector3f p(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1.2, 1.2));
+    DistributionMap::Nearest last;
+    const Distribution* before = nullptr;
+    for (int step = 0; step < 60; ++step) {
+      const float reach = step % 20 == 19 ? 0.5F : 0.02F,
+                  gate = 0.6F - 0.009F * static_cast<float>(step);
+      for (int axis = 0; axis < 3; ++axis)
+        p[axis] += static_cast<float>(random.uniform(-reach, reach));
+      const Distribution* d = map.nearest(p, group, gate, last);
+      ASSERT_EQ(d, map.nearest(p, group, gate)) << p.transpose();
+      changes += step > 0 && d != before;
+      none += d == nullptr;
+      before = d;
+    }
+  }
+  EXPECT_GT(changes, 50);
+  EXPECT_GT(none, 50);
+}
+
 TEST(DistributionMap, WithoutPointsHaveNothingNear) {
   const LabelledCloud empty;
   const DistributionMap map({empty, twoClasses(), {}}, options());
