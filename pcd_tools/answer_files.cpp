@@ -126,11 +126,10 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
   return known;
 }
 
-/// From the last pose of a cloud to its nearest point, if no sensor can have been there: that is
-/// more than 10 m, and more than the cloud is long. Else 0.
-double offFromSensor(const Query& query) {
+/// From where the file of a cloud puts its sensor to the nearest point, if none can have been
+/// there: that is more than 10 m beside the cloud, or further above than the cloud is long. Else 0.
+double offFromSensor(const Query& query, const Eigen::Vector3d& sensor) {
   constexpr double kNoSensor_m = 10;
-  const Eigen::Vector3d sensor = query.poses.back().translation();
   double nearest = std::numeric_limits<double>::infinity();
   Eigen::AlignedBox3d box;
   for (std::size_t i = 0; i < query.cloud.size(); ++i) {
@@ -138,7 +137,10 @@ double offFromSensor(const Query& query) {
     nearest = std::min(nearest, (p - sensor).norm());
     box.extend(p);
   }
-  const bool can_be = box.isEmpty() || nearest < std::max(kNoSensor_m, box.sizes().norm());
+  if (box.isEmpty()) return 0;
+  const Eigen::AlignedBox2d from_above(box.min().head<2>(), box.max().head<2>());
+  const bool can_be = from_above.exteriorDistance(sensor.head<2>().eval()) < kNoSensor_m &&
+                      nearest < std::max(kNoSensor_m, box.sizes().norm());
   return can_be ? 0 : nearest;
 }
 
@@ -233,7 +235,6 @@ void AnswerFiles::removeOld(const std::vector<std::string>& queries, const Job& 
 
 void AnswerFiles::begin(const std::string& query) {
   query_ = query;
-  T_odom_sensor_.clear();
   stamps_s_.clear();
   fixes_.clear();
   found_ = {};
@@ -247,10 +248,9 @@ std::string AnswerFiles::pathOf(const std::string& flag, const char* ending) con
 }
 
 void AnswerFiles::take(const QueryInput& input) {
-  T_odom_sensor_ = input.source ? input.poses() : input.whole->poses;
-  for (std::size_t i = 0; i < T_odom_sensor_.size(); ++i)
+  found_ = FoundFrames(input.source ? input.poses() : input.whole->poses);
+  for (std::size_t i = 0; i < found_.is_found.size(); ++i)
     stamps_s_.push_back(input.source ? input.source->stamp(i) : static_cast<double>(i));
-  found_.is_found.resize(T_odom_sensor_.size());
 }
 
 void AnswerFiles::explain(const Answer& answer, const Query& query,
@@ -286,14 +286,15 @@ void AnswerFiles::add(const Answer& answer, const Query& query,
   const Localization& fix = answer.fix;
   if (!fix.accepted()) return;
   accepted_.push_back({answer.last_stamp_s, fix.T_map_sensor});
-  const std::size_t last = T_odom_sensor_.size() - 1;
+  const std::size_t count = found_.is_found.size();
   // A graph or map is one query; its answer is that of its last pose.
-  const std::size_t index = answer.frames == T_odom_sensor_.size() ? answer.last_index : last;
+  const std::size_t index = answer.frames == count ? answer.last_index : count - 1;
   fixes_.push_back(pose::fixOf(fix, index));
-  sensor_off_m_ = query.sensor == Sensor::cloud && fix.scale == 1 ? offFromSensor(query) : 0;
+  const bool may_have_none = query.sensor == Sensor::cloud && fix.scale == 1;
+  sensor_off_m_ =
+      may_have_none ? offFromSensor(query, found_.T_odom_sensor[index].translation()) : 0;
   found_.fixes.push_back(fixes_.back());
-  for (std::size_t i = index + 1 - std::min(query.poses.size(), index + 1); i <= index; ++i)
-    found_.is_found[i] = true;
+  found_.take(query, index);
 }
 
 void AnswerFiles::complete(const QueryInput& input, const Localizer& localizer, const Job& job) {
@@ -326,7 +327,7 @@ void AnswerFiles::end(const Job& job) const {
     return;
   }
   if (!trajectory.empty())
-    io::writeTumPoses(trajectory, knownTrajectory(T_odom_sensor_, stamps_s_, found_.fixes,
+    io::writeTumPoses(trajectory, knownTrajectory(found_.T_odom_sensor, stamps_s_, found_.fixes,
                                                   was_found_.empty() ? found_.is_found : was_found_,
                                                   jumps_, job));
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);

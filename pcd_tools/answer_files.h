@@ -66,8 +66,7 @@ class AnswerFiles {
   std::string explain_, tum_, trajectory_, matrix_, initial_pose_, sensor_base_;
   std::optional<Eigen::Isometry3d> T_sensor_base_;  ///< of this QUERY
   bool are_several_ = false;
-  std::string query_;                             ///< the path of this QUERY
-  std::vector<Eigen::Isometry3d> T_odom_sensor_;  ///< of this QUERY
+  std::string query_;  ///< the path of this QUERY
   std::vector<double> stamps_s_;
   std::vector<pose::TrajectoryFix> fixes_;  ///< accepted answers
   double sensor_off_m_ = 0;                 ///< of the last one, from its points; 0 = is known

@@ -34,6 +34,7 @@ Fixes::const_iterator fixFrom(const Fixes& fixes, std::size_t position) {
 /// by all that odometry drifts until then. Nothing if it is not found near there.
 std::optional<pose::TrajectoryFix> firstOf(const Window& window, const pose::TrajectoryFix& next,
                                            const std::vector<double>& way_m,
+                                           const Eigen::Isometry3d& T_odom_first,
                                            const QueryInput& input, const Localizer& localizer,
                                            const Job& job) {
   std::vector<std::size_t> positions;
@@ -47,7 +48,7 @@ std::optional<pose::TrajectoryFix> firstOf(const Window& window, const pose::Tra
   Query query;
   if (cutByBudget([&] { query = makeQuery(back, job.options); })) return std::nullopt;
   const Localization answer = localizer.localize(query);
-  const Eigen::Vector3d first = input.source->pose(window.first).translation() * next.scale;
+  const Eigen::Vector3d first = T_odom_first.translation() * next.scale;
   const double off_m = (answer.T_map_sensor.translation() - next.T_map_query * first).norm();
   if (!answer.accepted() || off_m > kMostDrift * (way_m[next.index] - way_m[window.first]))
     return std::nullopt;
@@ -65,7 +66,8 @@ void addFirst(const QueryInput& input, const std::vector<double>& way_m, const L
     std::size_t last = first + 1;
     while (last <= next->index && way_m[last - 1] - way_m[first] < kFirst_m * localizer.size())
       ++last;
-    if (auto fix = firstOf({first, last}, *next, way_m, input, localizer, job))
+    if (auto fix =
+            firstOf({first, last}, *next, way_m, found.T_odom_sensor[first], input, localizer, job))
       found.fixes.insert(next, std::move(*fix));
   }
 }
@@ -97,9 +99,10 @@ void addNear(const std::vector<Window>& windows, const QueryInput& input,
              const std::vector<double>& way_m, const Localizer& localizer, const Job& job,
              FoundFrames& found) {
   if (windows.empty()) return;
-  const std::vector<Eigen::Isometry3d> T_odom_sensor = input.poses();
+  const std::vector<Eigen::Isometry3d>& T_odom_sensor = found.T_odom_sensor;
   forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
     const std::size_t i = window.last - 1;
+    found.standAt(query, i);
     const auto next = fixFrom(found.fixes, i);
     double away_m = way_m[i] - way_m[(next - 1)->index];
     if (next != found.fixes.end()) away_m = std::min(away_m, way_m[next->index] - way_m[i]);
@@ -123,11 +126,23 @@ std::vector<Window> windowAtEnd(const FoundFrames& found, const std::vector<doub
 
 }  // namespace
 
+void FoundFrames::standAt(const Query& query, std::size_t last) {
+  const std::size_t count = std::min(query.poses.size(), last + 1);
+  std::copy(query.poses.end() - static_cast<std::ptrdiff_t>(count), query.poses.end(),
+            T_odom_sensor.begin() + static_cast<std::ptrdiff_t>(last + 1 - count));
+}
+
+void FoundFrames::take(const Query& query, std::size_t last) {
+  standAt(query, last);
+  for (std::size_t i = last + 1 - std::min(query.poses.size(), last + 1); i <= last; ++i)
+    is_found[i] = true;
+}
+
 void addFixes(const QueryInput& input, const Localizer& localizer, const Job& job,
               FoundFrames& found) {
   Job silent = job;
   silent.narrate = Narrative(Verbosity::quiet);
-  const std::vector<double> way_m = pathLengths(input.poses());
+  const std::vector<double> way_m = pathLengths(found.T_odom_sensor);
   const std::size_t before = found.fixes.size();
   addFirst(input, way_m, localizer, silent, found);
   addNear(windowAtEnd(found, way_m, localizer.size()), input, way_m, localizer, silent, found);

@@ -11,6 +11,16 @@ namespace xview::tools {
 
 /// Where a recording was found in a map.
 struct FoundFrames {
+  FoundFrames() = default;
+  explicit FoundFrames(std::vector<Eigen::Isometry3d> poses)
+      : T_odom_sensor(std::move(poses)), is_found(T_odom_sensor.size()) {}
+  /// A query whose last frame has this position. Clouds that lie far from the origin of their frame
+  /// were seen from elsewhere, as only the query tells.
+  void standAt(const Query& query, std::size_t last);
+  /// The same of one that was found.
+  void take(const Query& query, std::size_t last);
+
+  std::vector<Eigen::Isometry3d> T_odom_sensor;
   std::vector<pose::TrajectoryFix> fixes;  ///< in the order of the recording
   std::vector<bool> is_found;              ///< per frame: it was part of a query that was found
 };

@@ -159,6 +159,10 @@ class DiffCommand final : public Command {
     job.narrate.stage("diff", watch.lap_ms(), fmt::format("{} changes", changes.changes.size()));
     write(changes, earlier, *later, job);
     logChanges(changes, earlier.labels, job.narrate);
+    if (changes.compared == 0)
+      job.narrate.note(
+          "no landmark of the earlier visit was seen by the later one, which says nothing about "
+          "changes");
     fmt::print("{}\n", printable(summaryOf(changes)));
     return kDone;
   }

@@ -60,6 +60,7 @@ class FollowCommand final : public Command {
 
   ExitCode run(const Job& given) override {
     checkFlags();
+    if (given.operands.size() == 2 && given.operands[0] != "-") checkOrder(given.operands, input_);
     T_sensor_base_ = parseSensorBase(sensor_base_);
     requireWritable(initial_pose_);
     Job job = given;

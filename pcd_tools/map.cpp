@@ -134,10 +134,12 @@ class MapCommand final : public Command {
     return kDone;
   }
 
-  /// Each setup of an E57 is an input.
+  /// Each setup of an E57 is an input. What is not there is not waited for behind hours of work.
   static std::vector<std::string> setupsOfAll(const std::vector<std::string>& inputs) {
     std::vector<std::string> all;
     for (const std::string& input : inputs) {
+      if (input.find('#') == std::string::npos && !std::filesystem::exists(input))
+        throw Error(input, "no such file or folder");
       try {
         const std::vector<std::string> setups = io::setupsOf(input);
         all.insert(all.end(), setups.begin(), setups.end());

@@ -71,6 +71,7 @@ void logLeftOut(const QueryInput& input, const std::vector<double>& way_m,
 
 /// The windows of a recording that are accepted.
 struct FoundWindows : FoundFrames {
+  using FoundFrames::FoundFrames;
   std::vector<double> sigmas_m;
   std::set<std::size_t> jumps;  ///< positions of the frames behind them
   std::size_t asked = 0;
@@ -82,8 +83,7 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
                          const Localizer& localizer, const Job& job) {
   std::optional<Sequence> sequence;
   if (localizer.scoresPoses()) sequence.emplace(localizer, job.options);
-  FoundWindows found;
-  found.is_found.resize(input.size());
+  FoundWindows found(input.poses());
   const std::vector<Window> windows = windowsOf(way_m, kWindow_m * localizer.size());
   found.asked = windows.size();
   forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
@@ -97,17 +97,16 @@ FoundWindows findWindows(const QueryInput& input, const std::vector<double>& way
     found.fixes.push_back(pose::fixOf(fix, window.last - 1));
     found.sigmas_m.push_back(verdict::horizontalSigma(fix.covariance));
     found.confidence = std::min(found.confidence, fix.confidence);
-    for (std::size_t i = window.last - query.poses.size(); i < window.last; ++i)
-      found.is_found[i] = true;
+    found.take(query, window.last - 1);
   });
   return found;
 }
 
 std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localizer& localizer,
                                           const Job& job, std::string& refusal) {
-  const std::vector<Eigen::Isometry3d> T_odom_sensor = input.poses();
-  const std::vector<double> way_m = pathLengths(T_odom_sensor);
+  const std::vector<double> way_m = pathLengths(input.poses());
   FoundWindows found = findWindows(input, way_m, localizer, job);
+  const std::vector<Eigen::Isometry3d>& T_odom_sensor = found.T_odom_sensor;
   if (found.fixes.empty()) {
     refusal = found.refusal;
     return std::nullopt;
@@ -128,11 +127,13 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
   const std::vector<bool> is_told =
       pose::toldByOdometry(found.fixes, T_odom_sensor, way_m, localizer.size());
   std::vector<std::size_t> kept;
+  std::vector<Eigen::Isometry3d> T_map_frame;  // as the recording has its points
   for (std::size_t i = 0; i < all.size(); ++i) {
     found.is_found[i] = found.is_found[i] && all[i] && is_told[i];
     if (!found.is_found[i]) continue;
     kept.push_back(i);
     visit.poses.push_back(*all[i]);
+    T_map_frame.push_back(*all[i] * T_odom_sensor[i].inverse() * input.source->pose(i));
   }
   if (kept.empty()) {
     refusal =
@@ -145,7 +146,8 @@ std::optional<PlacedVisit> placeRecording(const QueryInput& input, const Localiz
   Job of_placed = job;
   of_placed.options.odometry.check = false;  // its poses are those of the map
   const auto placed = inClassesOfMap(
-      std::make_unique<PosedRecording>(*input.source, std::move(kept), visit.poses), input.options);
+      std::make_unique<PosedRecording>(*input.source, std::move(kept), std::move(T_map_frame)),
+      input.options);
   visit.place = mapOfRecordings({placed.get()}, of_placed, RecordingsUse::addition);
   return visit;
 }

@@ -72,6 +72,17 @@ void requireLength(const httplib::Request& request, std::size_t most_body) {
   if (!length || *length > most_body) throw Refusal{413, "the body is larger than --max-body"};
 }
 
+/// What is asked for and would not be heeded is refused: an answer without it looks like one.
+void requireKnownParameters(const httplib::Request& request) {
+  const bool is_track = request.path.rfind("/track/", 0) == 0;
+  for (const auto& [name, value] : request.params) {
+    if (name == "name" || (is_track && name == "pose")) continue;
+    throw Refusal{400, "no parameter " + name.substr(0, 60) + "; this route takes " +
+                           (is_track ? "name and pose" : "name") +
+                           ", and flags of xview serve tell how to look"};
+  }
+}
+
 }  // namespace
 
 std::string methodsOf(const std::string& path) {
@@ -94,6 +105,7 @@ void requireAnswerable(const httplib::Request& request, const Listening& where,
   if (asked.empty() || methods.find(asked) == std::string::npos)
     throw Refusal{405, "the method of this route is " + methods};
   if (asked != "POST") return;
+  requireKnownParameters(request);
   requireKnownCoding(request);
   requireLength(request, most_body);
 }

@@ -343,6 +343,9 @@ Eigen::Isometry3d poseOf(const py::handle& matrix, const std::string& name) {
 std::vector<Eigen::Isometry3d> posesOf(const py::handle& matrices, const std::string& name) {
   if (!py::isinstance<py::sequence>(matrices) && !py::isinstance<py::array>(matrices))
     throw UsageError(name + " is no array (N, 4, 4)");
+  if (py::isinstance<py::array>(matrices) &&
+      py::reinterpret_borrow<py::array>(matrices).ndim() == 2)
+    return {poseOf(matrices, name)};
   std::vector<Eigen::Isometry3d> poses;
   for (const py::handle matrix : py::reinterpret_borrow<py::object>(matrices))
     poses.push_back(poseOf(matrix, fmt::format("{}[{}]", name, poses.size())));

@@ -49,7 +49,7 @@ py::dict namesOf(const LabelSet& labels);
 
 /// A (4, 4) array as a pose. Throws UsageError if it is no rigid motion.
 Eigen::Isometry3d poseOf(const py::handle& matrix, const std::string& name);
-/// A (N, 4, 4) array, or a sequence of (4, 4), as poses.
+/// A (N, 4, 4) array, a sequence of (4, 4), or one (4, 4) array, as poses.
 std::vector<Eigen::Isometry3d> posesOf(const py::handle& matrices, const std::string& name);
 
 template <int Rows, int Columns>

@@ -439,7 +439,8 @@ void bindLocalize(py::module_& module) {
           py::arg("poses") = py::none(), py::arg("stamps") = py::none(),
           py::arg("classes") = py::none(), py::kw_only(), py::arg("reach_m") = 0.0,
           py::arg("last_m") = tools::kLastMetres,
-          "What speaks for poses (K, 4, 4) of a query that were found otherwise, without a search: "
+          "What speaks for poses (K, 4, 4), or one (4, 4), of a query that were found otherwise, "
+          "without a search: "
           "a dict for each with T_map_query (4, 4), the best pose at most reach_m away [m]; score, "
           "and what a true pose scores on average, expected [nats]; and map_coverage, the share of "
           "the query where the map knows anything. Raises as localize(), and UsageError with "
@@ -454,7 +455,8 @@ void bindLocalize(py::module_& module) {
           py::arg("query"), py::arg("T_map_query"), py::arg("labels") = py::none(),
           py::arg("poses") = py::none(), py::arg("stamps") = py::none(),
           py::arg("classes") = py::none(), py::kw_only(), py::arg("last_m") = tools::kLastMetres,
-          "A Fix for each of some poses (K, 4, 4) of a query that were found otherwise: the answer "
+          "A Fix for each of some poses (K, 4, 4), or of one (4, 4), of a query that were found "
+          "otherwise: the answer "
           "of localize() if that finds the same pose, else the verdict on the best pose around, "
           "beside the places that the search finds. One that is more than two metres off, in "
           "rooms half a metre, is not accepted. Raises as check().")

@@ -218,13 +218,15 @@ class Arrays(unittest.TestCase):
         far = self.T.copy()
         far[:2, 3] += 25
         own, other = self.localizer.judge(self.scan, [fix.T_map_query, far])
+        (alone,) = self.localizer.judge(self.scan, fix.T_map_query)
+        self.assertEqual(alone.status, own.status)
         self.assertEqual(own.confidence, fix.confidence)
         np.testing.assert_array_equal(own.T_map_query, fix.T_map_query)
         self.assertFalse(other.accepted, other.reason)
         here, there = self.localizer.check(self.scan, [fix.T_map_query, far])
         np.testing.assert_array_equal(here["T_map_query"], fix.T_map_query)
         self.assertGreater(here["score"], there["score"])
-        for wrong in (np.zeros((1, 4, 4)), self.T, 5, None):
+        for wrong in (np.zeros((1, 4, 4)), np.zeros((4, 4)), self.T[:3], 5, None):
             with self.assertRaises(xview.UsageError):
                 self.localizer.judge(self.scan, wrong)
 

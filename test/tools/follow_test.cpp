@@ -81,6 +81,13 @@ TEST_F(Follow, ARecordingHasOneLinePerFrameAndPosesWhereItWas) {
   EXPECT_EQ(fs::exists(file("now.yaml")), lines.back()["state"] == "found");
 }
 
+TEST_F(Follow, AMapIsNoFrame) {
+  const Outcome swapped = runXview({"follow", map(), town("rear")});
+  EXPECT_EQ(swapped.code, 2);
+  EXPECT_NE(swapped.err.find("the map comes last"), std::string::npos) << swapped.err;
+  EXPECT_EQ(swapped.out, "");
+}
+
 TEST_F(Follow, AnotherTownNeverGetsAPose) {
   writeText(file("stale.yaml"), "of an earlier run");
   const Outcome outcome = runXview({"follow", "-q", town("elsewhere"), map(), "--window", "20",

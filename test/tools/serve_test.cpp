@@ -64,6 +64,7 @@ TEST_F(Serve, HostileRequestsAreRefusedAndItStays) {
   EXPECT_EQ(statusOf("laz", "/localize?name=scan.laz"), 400);
   EXPECT_EQ(statusOf("scan", "/localize?name=../../x.pcd"), 400);
   EXPECT_EQ(statusOf("scan", "/track/robot?pose=1+2+3"), 400);
+  EXPECT_EQ(statusOf(body, "/localize?near=1,2"), 400) << "it would not be heeded";
   EXPECT_EQ(statusOf("scan", "/nowhere"), 404);
   EXPECT_EQ(statusOf(std::string(3000000, 'x')), 413);
   const auto slow = client.Post(

@@ -331,6 +331,11 @@ TEST_F(TinyTown, JoinsWhatCanBeReadAndItsExitCodeRemembersTheRest) {
       runXview({"map", "-q", "--join", town("forward"), broken, town("rear"), joined});
   EXPECT_EQ(run.code, 1) << run.err;
   EXPECT_NE(run.err.find("error: " + broken + ":"), std::string::npos) << run.err;
+  const Outcome missing =
+      runXview({"map", "--join", town("forward"), town("rear"), file("no.pcd"), joined});
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_EQ(missing.err.rfind("error: " + file("no.pcd") + ": no such file", 0), 0u)
+      << "before any work: " << missing.err;
   EXPECT_EQ(map::openMap(joined).sources,
             (std::vector<std::string>{town("forward"), town("rear")}));
 }
@@ -589,6 +594,52 @@ TEST_F(TinyTown, AVisitWithoutLabelsMeetsAMapWithLabelsByKind) {
   const std::string grown = file("grown_by_raw.xvm");
   fs::copy_file(map(), grown);
   succeed({"fuse", "-q", "--labels", "shapes", town("rear"), grown});
+}
+
+/// Check fix for: clouds that lie far from the origin of their frame were found, and then put into
+/// the map by the pose of another point.
+TEST_F(TinyTown, AVisitIsTheSameWhereverItsFrameHasItsOrigin) {
+  succeed({"lift", "-q", "--voxel", "0.2", town("forward"), file("first.ply")});
+  succeed({"lift", "-q", "--voxel", "0.2", town("rear"), file("visit.ply")});
+  const std::string first = file("first.xvm"), labels = town("forward") + "/classes.yaml";
+  succeed({"map", "-q", "--labels", labels, file("first.ply"), first});
+  const auto boundsOf = [](const std::string& path) {
+    Eigen::AlignedBox3d box;
+    for (const auto& vertex : map::unpacked(map::openMap(path)).graph.vertices)
+      box.extend(vertex.position);
+    return box;
+  };
+  const auto expectNear = [](const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+    EXPECT_LT((a.min() - b.min()).norm() + (a.max() - b.max()).norm(), 1);
+  };
+  std::optional<Eigen::AlignedBox3d> fused_here, joined_here;
+  std::string changes_here;
+  for (const Eigen::Vector3d& origin : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(100, 0, 0),
+                                        Eigen::Vector3d(512000, 5412000, 400)}) {
+    SCOPED_TRACE(origin.transpose());
+    io::writeMatrix(file("move.txt"), Eigen::Isometry3d(Eigen::Translation3d(origin)));
+    const std::string visit = file("visit_far.ply"), grown = file("grown_far.xvm"),
+                      joined = file("joined_far.xvm");
+    succeed({"lift", "-q", file("visit.ply"), "--transform", file("move.txt"), "-o", visit});
+    succeed({"localize", "-q", "--labels", labels, visit, first, "--trajectory", file("way.txt"),
+             "--tum", file("end.txt"), "--matrix", file("T.txt")});
+    const Eigen::Isometry3d by_way = io::readPoses(file("way.txt")).back().T_frame_sensor,
+                            by_end = io::readPoses(file("end.txt")).back().T_frame_sensor;
+    EXPECT_LT((by_way.translation() - by_end.translation()).norm(), 1e-5);
+    fs::copy_file(first, grown, fs::copy_options::overwrite_existing);
+    succeed({"fuse", "-q", "--labels", labels, visit, grown});
+    const Eigen::AlignedBox3d fused = boundsOf(grown);
+    expectNear(fused, fused_here.value_or(fused));
+    if (!fused_here) fused_here = fused;
+    succeed({"map", "-q", "--labels", labels, "--join", file("first.ply"), visit, joined});
+    const Eigen::AlignedBox3d of_both = boundsOf(joined);
+    expectNear(of_both, joined_here.value_or(of_both));
+    if (!joined_here) joined_here = of_both;
+    const std::string changes = succeed({"diff", "-q", "--labels", labels, first, visit}).out;
+    EXPECT_EQ(changes.find("(of 0 "), std::string::npos) << changes;
+    if (changes_here.empty()) changes_here = changes.substr(0, changes.find(" ("));
+    EXPECT_EQ(changes.substr(0, changes.find(" (")), changes_here);
+  }
 }
 
 TEST_F(TinyTown, DiffRefusesWhatItCannotCompare) {
