@@ -172,6 +172,7 @@ class FollowCommand final : public Command {
       job_->narrate.error(error);
       ++failed_;
     }
+    noteTurnedBack(frame);
     const double took_ms = 1000 * secondsSince(came);
     latencies_ms_.push_back(took_ms);
     keepInitialPose(frame, answer);
@@ -183,6 +184,17 @@ class FollowCommand final : public Command {
     job_->narrate.line(
         fmt::format("frame {}: {}: {}", frame.number, toString(answer.state), answer.reason));
     last_state_ = answer.state;
+  }
+
+  /// Once: a replay that begins anew, or two clocks.
+  void noteTurnedBack(const LiveFrame& frame) {
+    if (frame.stamp_s && last_stamp_s_ && *frame.stamp_s < *last_stamp_s_ && !has_turned_back_) {
+      has_turned_back_ = true;
+      job_->narrate.note(
+          fmt::format("frame {}: its stamp {} lies before that of the frame before, {}",
+                      frame.number, *frame.stamp_s, *last_stamp_s_));
+    }
+    if (frame.stamp_s) last_stamp_s_ = frame.stamp_s;
   }
 
   void keepInitialPose(const LiveFrame& frame, const FollowAnswer& answer) const {
@@ -218,6 +230,8 @@ class FollowCommand final : public Command {
   Follower* follower_ = nullptr;
   Results* results_ = nullptr;
   std::vector<double> latencies_ms_;
+  std::optional<double> last_stamp_s_;
+  bool has_turned_back_ = false;
   std::size_t found_ = 0, failed_ = 0;
   FollowAnswer::State last_state_ = FollowAnswer::State::searching;
 };
