@@ -29,7 +29,7 @@ ROOMS = {
     "io/bags": (["src/io/bags"], 1900, 2325),
     "io/e57, LAS": (["src/io/e57", "src/io/las_header.cpp"], 800, 990),  # units and fields that LAS states, fields of E57
     "io/datasets": (["src/io/datasets"], 800, None),
-    "view": (["src/view"], 2400, None),
+    "view": (["src/view"], 2400, 2540),
     "eval": (["src/eval"], 600, None),
     "sim": (["src/sim"], 4100, None),
     "pcd_tools": (["pcd_tools"], 8000, 11510),  # the server is a module
