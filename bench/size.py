@@ -25,9 +25,9 @@ ROOMS = {
     "localizer": (["src/localizer"], 3300, 4215),  # other heights, storeys of clouds, verdicts on poses of others
     "map": (["src/map"], 4000, None),
     "compare": (["src/compare"], 2100, 2335),
-    "io": (["src/io"], 5500, 6095),  # writes LAS, moves clouds with all their fields
+    "io": (["src/io"], 5500, 6100),  # writes LAS, moves clouds with all their fields
     "io/bags": (["src/io/bags"], 1900, 2325),
-    "io/e57, LAS": (["src/io/e57", "src/io/las_header.cpp"], 800, 990),  # units and fields that LAS states, fields of E57
+    "io/e57, LAS": (["src/io/e57", "src/io/las_header.cpp"], 800, 1010),  # units and fields that LAS states, fields of E57
     "io/datasets": (["src/io/datasets"], 800, None),
     "view": (["src/view"], 2400, 2540),
     "eval": (["src/eval"], 600, None),
@@ -35,7 +35,7 @@ ROOMS = {
     "pcd_tools": (["pcd_tools"], 8000, 11510),  # the server is a module
 }
 PUBLIC_HEADERS = 22
-ALL, ALL_LIMIT = 50000, 62400  # without the simulator
+ALL, ALL_LIMIT = 50000, 62420  # without the simulator
 
 
 def sources(path):

@@ -127,20 +127,21 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
 }
 
 /// From where the file of a cloud puts its sensor to the nearest point, if none can have been
-/// there: that is more than 10 m beside the cloud, or further above than the cloud is long. Else 0.
+/// there: that is more than 10 m, and more than the cloud is long. Else 0. Of a graph things are
+/// points.
 double offFromSensor(const Query& query, const Eigen::Vector3d& sensor) {
   constexpr double kNoSensor_m = 10;
   double nearest = std::numeric_limits<double>::infinity();
   Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < query.cloud.size(); ++i) {
-    const Eigen::Vector3d p = query.cloud.position(i);
+  const auto add = [&](const Eigen::Vector3d& p) {
     nearest = std::min(nearest, (p - sensor).norm());
     box.extend(p);
+  };
+  for (std::size_t i = 0; i < query.cloud.size(); ++i) add(query.cloud.position(i));
+  if (query.cloud.empty()) {
+    for (const auto& vertex : query.graph.vertices) add(vertex.position);
   }
-  if (box.isEmpty()) return 0;
-  const Eigen::AlignedBox2d from_above(box.min().head<2>(), box.max().head<2>());
-  const bool can_be = from_above.exteriorDistance(sensor.head<2>().eval()) < kNoSensor_m &&
-                      nearest < std::max(kNoSensor_m, box.sizes().norm());
+  const bool can_be = box.isEmpty() || nearest < std::max(kNoSensor_m, box.sizes().norm());
   return can_be ? 0 : nearest;
 }
 

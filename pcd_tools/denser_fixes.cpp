@@ -102,7 +102,6 @@ void addNear(const std::vector<Window>& windows, const QueryInput& input,
   const std::vector<Eigen::Isometry3d>& T_odom_sensor = found.T_odom_sensor;
   forEachWindow(input, windows, job, [&](const Query& query, const Window& window) {
     const std::size_t i = window.last - 1;
-    found.standAt(query, i);
     const auto next = fixFrom(found.fixes, i);
     double away_m = way_m[i] - way_m[(next - 1)->index];
     if (next != found.fixes.end()) away_m = std::min(away_m, way_m[next->index] - way_m[i]);
@@ -111,7 +110,9 @@ void addNear(const std::vector<Window>& windows, const QueryInput& input,
     const Eigen::Isometry3d T = pose::trajectoryThrough(T_odom_sensor, found.fixes)[i];
     const Localization answer =
         localizer.localize(query, {T * T_odom_sensor[i].inverse(), radius_m, kMostTurn_rad});
-    if (answer.accepted()) found.fixes.insert(next, pose::fixOf(answer, i));
+    if (!answer.accepted()) return;
+    found.standAt(query, i);
+    found.fixes.insert(next, pose::fixOf(answer, i));
   });
 }
 

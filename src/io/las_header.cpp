@@ -306,6 +306,20 @@ void useUnits(const Records& records, FileLayout& layout) {
       unit_of_z_m));
 }
 
+/// Whether a field of this name is there, or would be taken for one of those that are used.
+bool hasMeaning(const std::string& name, const Element& points) {
+  constexpr const char* kMeanings[] = {"x", "y", "z", "rgb", "rgba", "sigma", "normal", "time"};
+  const auto lower = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  const std::string word = lower(name);
+  const auto is = [&](const char* meaning) { return word == meaning; };
+  return namesId(name) || std::any_of(std::begin(kMeanings), std::end(kMeanings), is) ||
+         std::any_of(points.columns.begin(), points.columns.end(),
+                     [&](const Column& column) { return lower(column.name) == word; });
+}
+
 /// The fixed part, as long as the header says that it is; it must be of a version that is known.
 std::string readFixedHeader(InputFile& file) {
   if (file.size() < kShortestHeader)
@@ -351,9 +365,13 @@ FileLayout readLasHeader(InputFile& file) {
         "its header describes {} extra bytes a point, but its points have {}; none is read",
         records.extra, beyond));
   if (records.extra == beyond && !records.extra_columns.empty()) {
-    std::vector<Column>& columns = layout.elements[0].columns;
-    columns.pop_back();
-    columns.insert(columns.end(), records.extra_columns.begin(), records.extra_columns.end());
+    Element& points = layout.elements[0];
+    points.columns.pop_back();
+    for (Column& column : records.extra_columns) {
+      // What somebody added is not taken for a coordinate, a class or a colour by its name.
+      if (hasMeaning(column.name, points)) column.name = "extra_" + column.name;
+      points.columns.push_back(std::move(column));
+    }
   }
   file.seek(begin);
   layout.ends_with_rows = false;  // waveforms and records may follow

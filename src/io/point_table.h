@@ -196,6 +196,8 @@ struct IdColumns {
 /// The columns that were asked for, else the first of the well-known names. Throws Error if one
 /// that was asked for is absent or is not one number per point.
 IdColumns findIdColumns(const Element& points, const CloudFields& fields, const InputFile& file);
+/// Whether a field of this name, in whatever case, is looked for as label or instance.
+bool namesId(const std::string& name);
 
 /// The column with the standard deviations of the positions [m], if there is one.
 std::optional<std::size_t> findSigmaColumn(const Element& points, const InputFile& file);

@@ -408,6 +408,12 @@ IdColumns findIdColumns(const Element& points, const CloudFields& fields, const 
   return columns;
 }
 
+bool namesId(const std::string& name) {
+  const auto is = [&](const char* known) { return strcasecmp(name.c_str(), known) == 0; };
+  return std::any_of(std::begin(kLabelNames), std::end(kLabelNames), is) ||
+         std::any_of(std::begin(kInstanceNames), std::end(kInstanceNames), is);
+}
+
 std::optional<std::size_t> findSigmaColumn(const Element& points, const InputFile& file) {
   return findFirst(points, {}, kSigmaNames, file);
 }

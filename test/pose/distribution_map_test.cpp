@@ -112,7 +112,7 @@ TEST(DistributionMap, KnowOfAPointThatMovesWhatTheyKnowOfOneThatIsThere) {
     const Distribution* before = nullptr;
     for (int step = 0; step < 60; ++step) {
       const float reach = step % 20 == 19 ? 0.5F : 0.02F,
-                  gate = 0.6F - 0.009F * static_cast<float>(step);
+                  gate = 0.1F + 0.5F * std::abs(std::cos(0.1F * static_cast<float>(step)));
       for (int axis = 0; axis < 3; ++axis)
         p[axis] += static_cast<float>(random.uniform(-reach, reach));
       const Distribution* d = map.nearest(p, group, gate, last);
