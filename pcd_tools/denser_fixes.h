@@ -14,15 +14,15 @@ struct FoundFrames {
   FoundFrames() = default;
   explicit FoundFrames(std::vector<Eigen::Isometry3d> poses)
       : T_odom_sensor(std::move(poses)), is_found(T_odom_sensor.size()) {}
-  /// A query whose last frame has this position. Clouds that lie far from the origin of their frame
-  /// were seen from elsewhere, as only the query tells.
+  /// Takes the poses of the frames of a query, whose last one is at this position of the recording:
+  /// of a cloud that lies far from the origin of its frame the query has a standpoint amid it.
   void standAt(const Query& query, std::size_t last);
-  /// The same of one that was found.
+  /// The same of a query that was found.
   void take(const Query& query, std::size_t last);
 
-  std::vector<Eigen::Isometry3d> T_odom_sensor;
-  std::vector<pose::TrajectoryFix> fixes;  ///< in the order of the recording
-  std::vector<bool> is_found;              ///< per frame: it was part of a query that was found
+  std::vector<Eigen::Isometry3d> T_odom_sensor;  ///< those of the recording, but for standAt()
+  std::vector<pose::TrajectoryFix> fixes;        ///< in the order of the recording
+  std::vector<bool> is_found;  ///< per frame: it was part of a query that was found
 };
 
 /// Adds fixes where odometry would have to be trusted for long ways: at the first frame of each

@@ -3,6 +3,7 @@
 // (LAS 1.4 R15): little-endian, points with integer coordinates that a scale and an offset make
 // metres.
 #include <fmt/format.h>
+#include <strings.h>
 
 #include <algorithm>
 #include <cctype>
@@ -159,37 +160,30 @@ void takeKeys(const std::string& keys, Records& records) {
   records.epsg = projected != 0 ? projected : geographic;
 }
 
-/// Bytes of the fields that a record of extra bytes describes; each takes 192 bytes to describe.
-std::size_t extraBytesOf(const std::string& content) {
-  constexpr std::size_t kSizes[] = {0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8};  // by type; 0: see options
-  std::size_t sum = 0;
-  for (std::size_t i = 0; i + 192 <= content.size(); i += 192) {
-    const std::uint8_t type = at<std::uint8_t>(content, i + 2);
-    if (type == 0) sum += at<std::uint8_t>(content, i + 3);
-    if (type <= 30 && type > 0) sum += kSizes[(type - 1) % 10 + 1] * ((type - 1) / 10 + 1);
-  }
-  return sum;
-}
-
-/// The fields that a record of extra bytes describes; none if one of them is no plain number, as
-/// those are which a scale or an offset belongs to.
-std::vector<Column> extraColumnsOf(const std::string& content) {
+/// A record of extra bytes; each field takes 192 bytes to describe. One that a scale or an offset
+/// belongs to is no plain number.
+void takeExtraBytes(const std::string& content, Records& records) {
   constexpr std::array kTypes = {ScalarType::u8,  ScalarType::i8,  ScalarType::u16, ScalarType::i16,
                                  ScalarType::u32, ScalarType::i32, ScalarType::u64, ScalarType::i64,
-                                 ScalarType::f32, ScalarType::f64};
+                                 ScalarType::f32, ScalarType::f64};  // 1 to 10, then pairs, triples
   constexpr int kScaledOrShifted = 0x18;
-  std::vector<Column> columns;
+  records.extra = 0;
+  records.extra_columns.clear();
+  bool are_plain = true;
   for (std::size_t i = 0; i + 192 <= content.size(); i += 192) {
-    const std::uint8_t type = at<std::uint8_t>(content, i + 2);
+    const std::size_t type = at<std::uint8_t>(content, i + 2);
+    const std::uint8_t options = at<std::uint8_t>(content, i + 3);
+    const ScalarType scalar = kTypes[(type + 9) % 10];
+    if (type == 0) records.extra += options;
+    if (type > 0 && type <= 30) records.extra += sizeOf(scalar) * ((type - 1) / 10 + 1);
     std::string name = textAt(content, i + 4, 32);
     std::replace_if(
         name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
-    const bool is_plain = type >= 1 && type <= kTypes.size() && !name.empty() &&
-                          (at<std::uint8_t>(content, i + 3) & kScaledOrShifted) == 0;
-    if (!is_plain) return {};
-    columns.push_back({name, kTypes[type - 1U], 1, {}});
+    are_plain &=
+        type >= 1 && type <= kTypes.size() && !name.empty() && (options & kScaledOrShifted) == 0;
+    records.extra_columns.push_back({name, scalar, 1, {}});
   }
-  return columns;
+  if (!are_plain) records.extra_columns.clear();
 }
 
 void takeRecord(const std::string& user, std::uint16_t id, std::uint64_t bytes, InputFile& file,
@@ -202,10 +196,7 @@ void takeRecord(const std::string& user, std::uint16_t id, std::uint64_t bytes, 
   if (id == 2112) records.wkt = textAt(content, 0, content.size());
   if (id == 34737) records.ascii = textAt(content, 0, content.size());
   if (id == 34735) takeKeys(content, records);
-  if (id == 4) {
-    records.extra = extraBytesOf(content);
-    records.extra_columns = extraColumnsOf(content);
-  }
+  if (id == 4) takeExtraBytes(content, records);
 }
 
 /// The records between header and points.
@@ -306,18 +297,16 @@ void useUnits(const Records& records, FileLayout& layout) {
       unit_of_z_m));
 }
 
-/// Whether a field of this name is there, or would be taken for one of those that are used.
+/// Whether a field of this name, in whatever case, is there, or would be taken for one of those
+/// that are used.
 bool hasMeaning(const std::string& name, const Element& points) {
   constexpr const char* kMeanings[] = {"x", "y", "z", "rgb", "rgba", "sigma", "normal", "time"};
-  const auto lower = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
+  const auto is = [&](const std::string& other) {
+    return strcasecmp(name.c_str(), other.c_str()) == 0;
   };
-  const std::string word = lower(name);
-  const auto is = [&](const char* meaning) { return word == meaning; };
   return namesId(name) || std::any_of(std::begin(kMeanings), std::end(kMeanings), is) ||
          std::any_of(points.columns.begin(), points.columns.end(),
-                     [&](const Column& column) { return lower(column.name) == word; });
+                     [&](const Column& column) { return is(column.name); });
 }
 
 /// The fixed part, as long as the header says that it is; it must be of a version that is known.

@@ -17,7 +17,7 @@ namespace {
 /// Things of a town are farther apart than the first, samples of any sensor closer than the last;
 /// things of a desk lie between [m].
 constexpr double kObjects_m = 1.0, kSamples_m = 0.1;
-/// So many things, each less than a metre from another, are in no place.
+/// Vertices that lie less than kObjects_m apart and are more than this are samples.
 constexpr std::size_t kMostCrowded = 20000;
 constexpr std::size_t kFirstVertices = 4096;  ///< probes are chosen among them, spread evenly
 constexpr std::size_t kProbes = 256;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The rows of PCD and PLY files in all their encodings, and what their columns mean.
+#include <strings.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -131,7 +131,7 @@ Localization PlaceIndex::localize(const Query& given, const PoseHints& hints) co
     Eigen::Isometry3d pose = given.poses.back();
     pose.translation() *= answer.scale;
     answer.T_map_sensor = answer.T_map_query * pose;
-    if (!answer.trajectory.empty()) answer.trajectory = {answer.T_map_sensor};
+    if (!answer.trajectory.empty()) answer.trajectory = {answer.T_map_sensor};  // of its one pose
     answer.covariance =
         pose::movedCovariance(answer.covariance, centre, answer.T_map_sensor.translation());
   }

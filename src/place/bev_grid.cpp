@@ -116,28 +116,24 @@ void addKnown(const BevCells& cells, BevGrid& view) {
   }
 }
 
-/// Flat, high and with nothing below it: a piece of a roof, or the top of a wall.
-bool isRoof(const BevCells& cells, std::size_t i) {
-  const ObstacleCell* cell = cells.obstacleCellOf(i);
-  if (!cell || !cell->holds(Kind::building, kMinShare)) return false;
-  const ClassColumn& s = cell->of(Kind::building);
-  return s.bottom > kRoof_m && s.top - s.bottom < kRoofThickness_m &&
-         !(cells.floor[i].ground() > 0);
-}
-
 /// Whether areas of roofs are most of what is seen of buildings: who looks from the ground sees
 /// lines of walls, and the floor below whatever hangs over it.
 bool showsRoofs(const BevCells& cells) {
-  std::vector<bool> is_roof(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) is_roof[i] = isRoof(cells, i);
+  // Flat, high and with nothing below it: a piece of a roof, or the top of a wall.
+  std::vector<bool> is_flat(cells.size());
   int roofs = 0, all = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const ObstacleCell* cell = cells.obstacleCellOf(i);
     if (!cell || !cell->holds(Kind::building, kMinShare)) continue;
     ++all;
-    if (!is_roof[i]) continue;
+    const ClassColumn& s = cell->of(Kind::building);
+    is_flat[i] =
+        s.bottom > kRoof_m && s.top - s.bottom < kRoofThickness_m && !(cells.floor[i].ground() > 0);
+  }
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (!is_flat[i]) continue;
     int around = 0;
-    cells.index.forAround(i, 1, [&](std::int32_t j) { around += is_roof[j]; });
+    cells.index.forAround(i, 1, [&](std::int32_t j) { around += is_flat[j]; });
     roofs += around == 9;
   }
   return roofs >= kFewestRoofs && roofs >= kRoofShare * all;

@@ -488,7 +488,7 @@ class SurfaceQuery final : public FieldQuery {
                    [&] { things_ = std::make_unique<DistanceField>(obstacleView(*bev_)); });
     const SurfaceSamples samples = surfaceSamples(field_.obstacles().around(
         (T_map_query * centre_).head<2>(), radius_, T_map_query.inverse()));
-    // One from the ground and one from the air, and what the weights of the verdict have met.
+    // The weights of the verdict were fitted with the table of the air for both mixed pairs.
     const Viewpoint viewpoint =
         field_.viewpointOf(samples_) == Viewpoint::ground ? Viewpoint::ground : Viewpoint::air;
     const WeightedRatios ratios = weighted(logRatios(field_.table(), viewpoint, nullptr, 0), false);
