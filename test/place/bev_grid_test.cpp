@@ -108,6 +108,12 @@ TEST(BevGrid, OfATownIsAerialIfItsBuildingsAreRoofs) {
   walls.patch(Kind::road, 0, 0, 40, 10, 0.0).wall(Kind::building, 0, 10.1, 40, 10.1, 0.0, 9.0);
   high_walls.patch(Kind::road, 0, 0, 40, 10, 0.0);
   for (double y = 10.1; y < 30; y += 3) high_walls.wall(Kind::building, 0, y, 40, y, 3.0, 9.0);
+  BevScene smeared_walls, cornices;
+  smeared_walls.patch(Kind::road, 0, 0, 40, 10, 0.0);
+  for (double y = 10.1; y < 20; y += 0.25)
+    smeared_walls.wall(Kind::building, 0, y, 40, y, 3.0, 9.0);
+  cornices.patch(Kind::road, 0, 0, 40, 10, 0.0);
+  for (double y = 10.1; y < 30; y += 3) cornices.patch(Kind::building, 0, y, 40, y + 0.3, roof);
   const auto isAerial = [](const BevScene& scene, bool tells_by_roofs) {
     BevGridBuilder builder(bevLabels());
     scene.addTo(builder, false);
@@ -118,6 +124,8 @@ TEST(BevGrid, OfATownIsAerialIfItsBuildingsAreRoofs) {
   EXPECT_FALSE(isAerial(below, true)) << "there is a floor under it";
   EXPECT_FALSE(isAerial(walls, true));
   EXPECT_FALSE(isAerial(high_walls, true)) << "of which hedges hide the foot";
+  EXPECT_FALSE(isAerial(smeared_walls, true)) << "they fill an area, but are not thin";
+  EXPECT_FALSE(isAerial(cornices, true)) << "they are thin, but fill no area";
 }
 
 TEST(BevFloor, BorderRunsBetweenRoadAndSidewalkCells) {

@@ -105,14 +105,19 @@ TEST(DistributionMap, KnowOfAPointThatMovesWhatTheyKnowOfOneThatIsThere) {
   const DistributionMap map({cloud, twoClasses(), {}}, options());
   Random random(5);
   int changes = 0, none = 0;
-  for (int walk = 0; walk < 40; ++walk) {
+  for (int walk = 0; walk < 400; ++walk) {
     const std::uint32_t group = matchingGroup(twoClasses(), random.below(2) ? kWall : kFence);
-    Eigen::Vector3f p(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1.2, 1.2));
+    // Where cells are full, and where most of them are empty, so that some further off are asked.
+    const double around = walk % 2 == 0 ? 1 : 32;
+    Eigen::Vector3f p(random.uniform(-around, around), random.uniform(-around, around),
+                      random.uniform(-1.2, 1.2));
     DistributionMap::Nearest last;
     const Distribution* before = nullptr;
     for (int step = 0; step < 60; ++step) {
-      const float reach = step % 20 == 19 ? 0.5F : 0.02F,
-                  gate = 0.1F + 0.5F * std::abs(std::cos(0.1F * static_cast<float>(step)));
+      const float reach = step % 20 == 19 ? 0.5F
+                          : walk % 3 == 0 ? 0.1F
+                                          : 0.02F,
+                  gate = 0.1F + 1.4F * std::abs(std::cos(0.1F * static_cast<float>(step)));
       for (int axis = 0; axis < 3; ++axis)
         p[axis] += static_cast<float>(random.uniform(-reach, reach));
       const Distribution* d = map.nearest(p, group, gate, last);
