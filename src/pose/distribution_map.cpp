@@ -190,8 +190,8 @@ class DistributionMap::Tiles {
   const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m,
                               Nearest& last) const {
     constexpr float kRounding_m = 1e-3f;  // by which a mean may lie outside of its cell
-    if (tells(last, p, gate_m)) return last.is;
     const CellKey own = cellOf(p, group, side_);
+    if (tells(last, p, own, gate_m)) return last.is;
     const TileKey own_tile = tileOf(own);
     const TileTable* own_table = tableAt(own_tile);
     const Eigen::Vector3f corner = side_ * Eigen::Vector3f(own.x, own.y, own.z);
@@ -237,8 +237,7 @@ class DistributionMap::Tiles {
         }
       }
     }
-    // Cells that are not asked here are at least so far away.
-    last = {best, p, std::min(std::sqrt(next_squared), side_ - kRounding_m)};
+    last = {best, p, std::sqrt(next_squared)};
     return best;
   }
 
@@ -271,12 +270,15 @@ class DistributionMap::Tiles {
   }
 
  private:
-  /// Whether the nearest one is that of the last question for sure: the point moved less than
-  /// another one would have to come nearer. Means of widened cells lie anywhere.
-  bool tells(const Nearest& last, const Eigen::Vector3f& p, float gate_m) const {
+  /// Whether the nearest one is that of the last question for sure: the same cells are asked, and
+  /// the point moved less than another one would have to come nearer. Means of widened cells lie
+  /// anywhere.
+  bool tells(const Nearest& last, const Eigen::Vector3f& p, const CellKey& own,
+             float gate_m) const {
     constexpr float kRounding_m = 1e-4f;
     const float moved_m = (p - last.from).norm() + kRounding_m;
     if (is_sparse_ || !(moved_m < last.others_m)) return false;
+    if (!(cellOf(last.from, own.group, side_) == own)) return false;
     const float others_m = last.others_m - moved_m;
     if (!last.is) return others_m >= gate_m;
     const float distance_m = (last.is->mean - p).norm() + kRounding_m;

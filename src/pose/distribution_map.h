@@ -71,7 +71,7 @@ class DistributionMap {
   struct Nearest {
     const Distribution* is = nullptr;
     Eigen::Vector3f from = Eigen::Vector3f::Constant(NAN);  ///< where the point was
-    float others_m = 0;                                     ///< no other one was nearer than this
+    float others_m = 0;  ///< no other one was nearer, up to the gate
   };
   /// The same; cells are asked only if `last`, of this group, does not tell.
   const Distribution* nearest(const Eigen::Vector3f& p, std::uint32_t group, float gate_m,

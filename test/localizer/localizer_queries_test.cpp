@@ -94,6 +94,8 @@ TEST(LocalizerQueries, ACloudIsFoundWhereverItsZeroIsAndWhateverStraysItHas) {
     std::size_t zeros;
     const char* ending;
   } cases[] = {{poseFromYaw({0, 0, 200}, 0), {}, 0, ".pcd"},
+               {poseFromYaw({100, 0, 0}, 0), {}, 0, ".pcd"},
+               {poseFromYaw({-200, 0, 60}, 0), {}, 0, ".pcd"},
                {poseFromYaw({0, 0, 1000}, M_PI), {}, 0, ".ply"},
                {here, {1e10F, 1e30F}, 0, ".pcd"},
                {utm, {}, 1, ".ply"},
@@ -102,6 +104,7 @@ TEST(LocalizerQueries, ACloudIsFoundWhereverItsZeroIsAndWhateverStraysItHas) {
       localizer.localize(*io::openRecording(movedCloud(here, {}, 0, ".pcd"), {}));
   ASSERT_TRUE(expected.accepted());
   const Eigen::Vector3d sensor = simulatedDrive().sessions.at("rear")->pose(39).translation();
+  std::size_t poses = 0;
   for (const auto& c : cases) {
     const auto recording = io::openRecording(movedCloud(c.T, c.strays, c.zeros, c.ending), {});
     const Localization fix = localizer.localize(*recording);
@@ -110,7 +113,11 @@ TEST(LocalizerQueries, ACloudIsFoundWhereverItsZeroIsAndWhateverStraysItHas) {
     EXPECT_LT((T_map_query * sensor - expected.T_map_query * sensor).norm(), 0.05);
     EXPECT_LT(rotationBetween(T_map_query, expected.T_map_query), 0.002);
     EXPECT_EQ(recording->leftOut().any(), !c.strays.empty() || c.zeros > 0);
+    for (const Eigen::Isometry3d& T_map_sensor : fix.trajectory)
+      EXPECT_LT((T_map_sensor.translation() - fix.T_map_sensor.translation()).norm(), 1e-6);
+    poses += fix.trajectory.size();
   }
+  EXPECT_GT(poses, 0u) << "no pose was that of the posterior";
 }
 
 TEST(LocalizerQueries, ARawCloudOfPclIsFoundInARawOne) {
