@@ -126,26 +126,39 @@ std::vector<io::StampedPose> knownTrajectory(const std::vector<Eigen::Isometry3d
   return known;
 }
 
-/// From where the file of a cloud puts its sensor to the nearest point, if none can have been
-/// there: that is more than 10 m, and more than the cloud is long. Else 0. Of a graph things are
-/// points.
-double offFromSensor(const Query& query, const Eigen::Vector3d& sensor) {
+/// From p to the nearest of some points, if who saw them cannot have been at p. Else 0.
+template <class PointAt>
+double offFrom(const Eigen::Vector3d& p, std::size_t count, const PointAt& pointAt) {
   constexpr double kNoSensor_m = 10;
   double nearest = std::numeric_limits<double>::infinity();
   Eigen::AlignedBox3d box;
-  const auto add = [&](const Eigen::Vector3d& p) {
-    nearest = std::min(nearest, (p - sensor).norm());
-    box.extend(p);
-  };
-  for (std::size_t i = 0; i < query.cloud.size(); ++i) add(query.cloud.position(i));
-  if (query.cloud.empty()) {
-    for (const auto& vertex : query.graph.vertices) add(vertex.position);
+  for (std::size_t i = 0; i < count; ++i) {
+    nearest = std::min(nearest, (pointAt(i) - p).norm());
+    box.extend(pointAt(i));
   }
   const bool can_be = box.isEmpty() || nearest < std::max(kNoSensor_m, box.sizes().norm());
   return can_be ? 0 : nearest;
 }
 
 }  // namespace
+
+double offFromSensor(const Query& query, const Eigen::Vector3d& sensor) {
+  const std::vector<Vertex>& vertices = query.graph.vertices;
+  return query.cloud.empty()
+             ? offFrom(sensor, vertices.size(), [&](std::size_t i) { return vertices[i].position; })
+             : offFromSensor(query.cloud, sensor);
+}
+
+double offFromSensor(const LabelledCloud& cloud, const Eigen::Vector3d& sensor) {
+  return offFrom(sensor, cloud.size(), [&](std::size_t i) { return cloud.position(i); });
+}
+
+std::string noSensorText(const std::string& input, double off_m) {
+  return fmt::format(
+      "--initialpose: {} is a cloud whose points are {:.0f} m and more from the origin of its "
+      "frame, so no sensor was there; --matrix of xview localize has the pose of that frame",
+      input, off_m);
+}
 
 std::string stemOf(const std::string& query) {
   const fs::path path(query);
@@ -334,10 +347,7 @@ void AnswerFiles::end(const Job& job) const {
   if (!matrix.empty()) io::writeMatrix(matrix, surest().T_map_query, surest().scale);
   if (initial_pose.empty()) return;
   if (sensor_off_m_ > 0) {
-    job.narrate.note(fmt::format(
-        "--initialpose: {} is a cloud whose points are {:.0f} m and more from the origin of its "
-        "frame, so no sensor was there; --matrix has the pose of that frame",
-        query_, sensor_off_m_));
+    job.narrate.note(noSensorText(query_, sensor_off_m_));
     removeStale(initial_pose, job.narrate);
   } else {
     writeFile(initial_pose, initialPose(fixes_.back().T_map_sensor, fixes_.back().covariance,

@@ -23,6 +23,14 @@ namespace xview::tools {
 std::string initialPose(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& covariance,
                         double stamp_s, const std::optional<Eigen::Isometry3d>& T_sensor_base);
 
+/// From where the file of a cloud puts its sensor to the nearest point, if none can have been
+/// there: that is more than 10 m, and more than the cloud is long. Else 0. Of a graph things are
+/// points.
+double offFromSensor(const Query& query, const Eigen::Vector3d& sensor);
+double offFromSensor(const LabelledCloud& cloud, const Eigen::Vector3d& sensor);
+/// Why there is no file of --initialpose then.
+std::string noSensorText(const std::string& input, double off_m);
+
 /// "scan_0" of "scans/scan_0.pcd" and of "scan_0/".
 std::string stemOf(const std::string& query);
 /// Throws UsageError if two of them have one stem.

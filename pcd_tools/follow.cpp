@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <utility>
 
 #include "answer_files.h"
 #include "arriving_files.h"
@@ -139,7 +140,7 @@ class FollowCommand final : public Command {
       options.frames = {i, i + 1, 1};
       const QueryInput input = openQuery(path, InputFlags(options), job, *labels_);
       job.narrate = Narrative(Verbosity::quiet);  // notes are those of the first
-      const LiveFrame frame{path, static_cast<std::int64_t>(i), input.source->stamp(0), false};
+      LiveFrame frame{path, static_cast<std::int64_t>(i), input.source->stamp(0), false};
       answer(frame, [&] { return tools::follow(*follower_, input, frame); });
     }
   }
@@ -149,7 +150,7 @@ class FollowCommand final : public Command {
     if (std::size_t frames = 0; lacksOdometry(path, frames)) return replayAlone(path, frames);
     const QueryInput input = openQuery(path, input_, *job_, *labels_);
     if (input.whole || input.size() == 1) {
-      const LiveFrame frame{path, 0, std::nullopt, false};
+      LiveFrame frame{path, 0, std::nullopt, false};
       return answer(frame, [&] { return tools::follow(*follower_, input, frame); });
     }
     const FrameSource& source = *input.source;
@@ -197,9 +198,11 @@ class FollowCommand final : public Command {
     if (frame.stamp_s) last_stamp_s_ = frame.stamp_s;
   }
 
-  void keepInitialPose(const LiveFrame& frame, const FollowAnswer& answer) const {
+  void keepInitialPose(const LiveFrame& frame, const FollowAnswer& answer) {
     if (initial_pose_.empty()) return;
-    if (answer.found())
+    if (answer.found() && frame.sensor_off_m > 0 && !std::exchange(has_said_off_, true))
+      job_->narrate.note(noSensorText(frame.input, frame.sensor_off_m));
+    if (answer.found() && frame.sensor_off_m == 0)
       return writeFile(initial_pose_, initialPose(answer.T_map_sensor, answer.covariance,
                                                   frame.stamp_s.value_or(0), T_sensor_base_));
     if (fs::is_regular_file(initial_pose_)) fs::remove(initial_pose_);
@@ -231,7 +234,7 @@ class FollowCommand final : public Command {
   Results* results_ = nullptr;
   std::vector<double> latencies_ms_;
   std::optional<double> last_stamp_s_;
-  bool has_turned_back_ = false;
+  bool has_turned_back_ = false, has_said_off_ = false;
   std::size_t found_ = 0, failed_ = 0;
   FollowAnswer::State last_state_ = FollowAnswer::State::searching;
 };

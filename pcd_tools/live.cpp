@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "answer_files.h"
 #include "answer_json.h"
 #include "xview/base/error.h"
 
@@ -42,13 +43,18 @@ std::string jumpText(const FollowAnswer& answer) {
   return fmt::format("{:.1f} m from where the odometry put it since the last pose", answer.jump_m);
 }
 
-FollowAnswer follow(Follower& follower, const QueryInput& input, const LiveFrame& about,
+FollowAnswer follow(Follower& follower, const QueryInput& input, LiveFrame& about,
                     const std::optional<Eigen::Isometry3d>& T_odom_sensor) {
-  if (input.whole) return follower.add(*input.whole);
+  if (input.whole) {
+    about.sensor_off_m = offFromSensor(*input.whole, input.whole->poses.back().translation());
+    return follower.add(*input.whole);
+  }
   if (input.size() != 1)
     throw Error(about.input, fmt::format("expected one frame, found {}", input.size()));
   Frame frame = input.source->read(0);
   frame.number = about.number;
+  if (frame.sensor == Sensor::cloud && !T_odom_sensor)
+    about.sensor_off_m = offFromSensor(frame.cloud, Eigen::Vector3d::Zero());
   if (T_odom_sensor) {
     frame.T_odom_sensor = *T_odom_sensor;
     frame.sensor = Sensor::lidar;

@@ -16,6 +16,7 @@ struct LiveFrame {
   std::int64_t number = 0;
   std::optional<double> stamp_s;
   bool has_odometry = false;  ///< else every frame is a query of its own
+  double sensor_off_m = 0;    ///< offFromSensor()
 };
 
 /// One JSON object on one line; pose, covariance and T_map_odom are null unless the robot is found.
@@ -25,9 +26,10 @@ std::string toJson(const LiveFrame& frame, const FollowAnswer& answer, double la
 /// What is said of a pose that jumped; empty if it did not.
 std::string jumpText(const FollowAnswer& answer);
 
-/// Adds what was read to those of a robot. `pose`: that of the odometry, if it is not in the input.
-/// Throws Error if the input is no frame, and as preprocessFrame().
-FollowAnswer follow(Follower& follower, const QueryInput& input, const LiveFrame& about,
+/// Adds what was read to those of a robot, and tells `about` how far off its points are.
+/// `T_odom_sensor`: of the odometry, if it is not in the input. Throws Error if the input is no
+/// frame, and as preprocessFrame().
+FollowAnswer follow(Follower& follower, const QueryInput& input, LiveFrame& about,
                     const std::optional<Eigen::Isometry3d>& T_odom_sensor = {});
 
 }  // namespace xview::tools
