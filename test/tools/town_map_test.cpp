@@ -641,7 +641,7 @@ TEST_F(TinyTown, AVisitIsTheSameWhereverItsFrameHasItsOrigin) {
     runXview(
         {"follow", "-q", "--labels", labels, visit, first, "--initialpose", file("far_now.yaml")});
     for (const char* pose : {"far_pose.yaml", "far_now.yaml"})
-      EXPECT_EQ(fs::exists(file(pose)), origin.norm() < 1000) << pose << ": no sensor was there";
+      EXPECT_FALSE(fs::exists(file(pose))) << pose << ": no sensor was there";
   }
 }
 
