@@ -66,6 +66,7 @@ void forEachStatistic(Values& s, Visit&& visit) {
   visit("dense_margin", s.dense_margin, Written::now);
   visit("wrong_place_above_null", s.wrong_place_above_null, Written::now);
   visit("wrong_place_miss_ratio", s.wrong_place_miss_ratio, Written::now);
+  visit("wrong_place_spread", s.wrong_place_spread, Written::now);
   visit("sigma_m", s.sigma_m, Written::now);
   visit("conflict_ratio", dense.conflict_ratio, Written::if_asked);
   visit("obstacle_overlap", dense.obstacle_overlap, Written::if_asked);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <tuple>
 
@@ -11,6 +12,7 @@
 #include "base/median.h"
 #include "landmark_box.h"
 #include "localizer/query_check.h"
+#include "place/blobs.h"
 #include "place/sound_input.h"
 #include "sight.h"
 #include "verdict/verdict.h"
@@ -27,6 +29,8 @@ constexpr double kMoved_m = 8;          ///< farther away it is another thing
 constexpr double kBeside_m = 2.5;       ///< for what is met by chance
 constexpr double kNear_m = 4;           ///< who saw one of two vertices could see the other
 constexpr double kSight_m = 30;         ///< things are seen from as far
+constexpr float kJoined_m = 0.7f;       ///< points of a thing without a class are as near
+constexpr double kThing_m = 8;          ///< what is longer is a wall or a hedge
 
 constexpr double kGroundShare = 0.6;      ///< of the cells around a foot
 constexpr double kSeenShare = 0.5;        ///< of the points of a thing that are not out of view
@@ -37,6 +41,7 @@ constexpr double kStandsShare = 0.5;      ///< of its points; it stands if more 
 constexpr double kOtherShare = 0.1;       ///< of the met points is of its class by chance
 constexpr std::size_t kAsked = 60;        ///< points of a thing
 constexpr std::uint32_t kFewPoints = 20;  ///< say little of how pure labels are
+constexpr int kFewestOfThing = 10;        ///< points of a thing without a class
 
 /// Prior probability that a landmark changes between two visits.
 constexpr double kChanged = 0.05;
@@ -116,6 +121,7 @@ class Visit {
       if (cell && (place.bev.alignment * p).z() < place.bev.origin_z + cell->z + kAboveGround_m)
         continue;
       upright_.add(block, i);
+      upright_points_.push_back(i);
     }
     for (std::size_t i = 0; i < place.graph.size(); ++i) {
       const Eigen::Vector3d& p = place.graph.vertices[i].position;
@@ -130,12 +136,34 @@ class Visit {
   const std::vector<Object>& objects() const { return objects_; }
   const LabelSet& labels() const { return place_.labels; }
 
+  /// Adds as landmarks what stands where the other visit met nothing, whatever its class: shapes
+  /// call a box a wall.
+  void addUnmet(const Visit& other) {
+    std::vector<std::size_t> unmet;
+    std::vector<Eigen::Vector3f> points;
+    for (const std::size_t i : upright_points_) {
+      const Eigen::Vector3d p = place_.cloud.position(i);
+      if (other.meets(T_common_visit_ * p)) continue;
+      unmet.push_back(i);
+      points.push_back(p.cast<float>());
+    }
+    const std::vector<int> cluster_of_point = euclideanClusters(points, kJoined_m, kFewestOfThing);
+    std::map<int, std::vector<std::size_t>> clusters;
+    for (std::size_t k = 0; k < unmet.size(); ++k) {
+      if (cluster_of_point[k] >= 0) clusters[cluster_of_point[k]].push_back(unmet[k]);
+    }
+    for (const auto& [number, members] : clusters) addThing(members);
+  }
+
   /// Presence of all vertices, once the landmarks are judged.
   std::vector<Presence> presence() const {
     std::vector<Presence> of_vertex(place_.graph.size(), Presence::unknown);
     for (const std::vector<Object>* objects : {&objects_, &rare_}) {
       for (const Object& object : *objects) {
-        if (!object.was_looked_at) continue;
+        const bool is_of_graph = !place_.graph.vertices.empty() &&
+                                 object.vertex >= &place_.graph.vertices.front() &&
+                                 object.vertex <= &place_.graph.vertices.back();
+        if (!object.was_looked_at || !is_of_graph) continue;
         of_vertex[static_cast<std::size_t>(object.vertex - place_.graph.vertices.data())] =
             object.isChanged() ? Presence::gone : Presence::stands;
       }
@@ -220,6 +248,40 @@ class Visit {
       // A post is told by its shape, however rarely it was seen.
       (object.is_post || isSeenOften(v) ? objects_ : rare_).push_back(std::move(object));
     }
+  }
+
+  void addThing(const std::vector<std::size_t>& members) {
+    Eigen::AlignedBox3d box;
+    std::map<std::uint32_t, std::size_t> votes;
+    for (const std::size_t i : members) {
+      box.extend(place_.cloud.position(i));
+      ++votes[place_.cloud.points[i].label];
+    }
+    const auto isKnown = [&](const Object& object) { return object.box.contains(box.center()); };
+    if (box.sizes().maxCoeff() > kThing_m || std::any_of(objects_.begin(), objects_.end(), isKnown))
+      return;
+    Vertex& v = things_.emplace_back();
+    v.label = std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) {
+                return a.second < b.second;
+              })->first;
+    v.position = box.center();
+    v.extent = box.sizes();
+    v.points = static_cast<std::uint32_t>(members.size());
+    Object& object = objects_.emplace_back();
+    object.vertex = &v;
+    object.is_dynamic = labels().role(v.label) == Role::dynamic;
+    object.box = boxOf(v, false);
+    object.position = T_common_visit_ * v.position;
+    for (const std::size_t i : members)
+      object.points.push_back(T_common_visit_ * place_.cloud.position(i));
+  }
+
+  /// Whether anything of this visit is near a point of the common frame.
+  bool meets(const Eigen::Vector3d& p_common) const {
+    const Eigen::Vector3d p = T_ * p_common;
+    return all_.anyAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
+      return (place_.cloud.position(i) - p).norm() <= meet_m_;
+    });
   }
 
   /// By noise, a part of a thing has another label in a few of the frames that see it. How many see
@@ -312,12 +374,8 @@ class Visit {
 
   double shareMet(const std::vector<Eigen::Vector3d>& points) const {
     const std::vector<Eigen::Vector3d> some = someOf(points);
-    const auto met = std::count_if(some.begin(), some.end(), [&](const Eigen::Vector3d& q) {
-      const Eigen::Vector3d p = T_ * q;
-      return all_.anyAround(cellOf(p, kBlock_m, 0), [&](std::size_t i) {
-        return (place_.cloud.position(i) - p).norm() <= meet_m_;
-      });
-    });
+    const auto met =
+        std::count_if(some.begin(), some.end(), [&](const Eigen::Vector3d& p) { return meets(p); });
     return some.empty() ? 0 : static_cast<double>(met) / static_cast<double>(some.size());
   }
 
@@ -356,6 +414,8 @@ class Visit {
   Sight sight_;
   CellLists vertices_;       ///< this visit's frame
   CellLists all_, upright_;  ///< points, and those above the ground; this visit's frame
+  std::vector<std::size_t> upright_points_;
+  std::deque<Vertex> things_;  ///< those of addUnmet()
   std::vector<Object> objects_;
   std::vector<Object> rare_;  ///< not seen often
 };
@@ -580,6 +640,10 @@ Changes findChanges(const Place& earlier, const Place& later,
   const double meet_m = std::min(kBlock_m, kMeet_m + 2 * town_sigma_m);
   Visit first(*earlier_town, Eigen::Isometry3d::Identity(), meet_m, seenBy(*later_town, T));
   Visit second(*later_town, T, meet_m, seenBy(*earlier_town, T.inverse()));
+  if (knowsShapesOnly(earlier.labels)) {
+    first.addUnmet(second);
+    second.addUnmet(first);
+  }
   Changes result = compare(first, second, town_sigma_m);
   for (Change& change : result.changes) {
     change.position *= size;

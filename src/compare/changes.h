@@ -59,7 +59,9 @@ struct Changes {
 /// the labels, and is 0 for classes that were taken from shapes. New is what is gone with the
 /// visits exchanged. Parts that touch are one thing, and of its classes those are noise that have a
 /// smaller share of the measurements there than labels are noisy. A gone landmark and the nearest
-/// new one of its class within some metres have moved. Surfaces are not compared.
+/// new one of its class within some metres have moved. Surfaces are not compared, but where classes
+/// were taken from shapes, which call a box a wall: there what stands where the other visit met
+/// nothing is a landmark, if it is no longer than 8 m.
 Changes findChanges(const Place& earlier, const Place& later,
                     const Eigen::Isometry3d& T_earlier_later, double sigma_m);
 

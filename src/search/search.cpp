@@ -200,6 +200,17 @@ Poses bestPosesOfWide(const FieldQuery& query, const std::vector<PlacePrior>& pr
   return all;
 }
 
+/// Whether the best pose scores much less than a true one would: streets that are narrow beside the
+/// cells of a raster may be passed over by all that starts in these.
+bool mayBePassedOver(const FieldQuery& query, const Poses& poses) {
+  constexpr double kLikeTrue = 0.6;
+  const auto best = std::min_element(poses.begin(), poses.end(), isBetter);
+  if (best == poses.end()) return true;
+  const PlaceHypothesis h = query.describeAt(*best);
+  return best->score < kLikeTrue * h.expected ||
+         h.obstacles.score < kLikeTrue * h.obstacles.expected;
+}
+
 PlaceHypothesis describedIn(const FieldQuery& storey, const PlacePose& pose) {
   PlaceHypothesis described = storey.describeAt(pose);
   described.storey = storey.storey();
@@ -216,7 +227,12 @@ SearchResult searchStorey(const FieldQuery& query, const std::vector<PlacePrior>
   const bool is_wide = query.radius() > kWidest_cells * levels.fine.raster.cellSize();
   Poses poses = is_wide ? bestPosesOfWide(query, priors, threads, result.poses)
                         : bestPoses(query, levels, priors, threads, result.poses);
-
+  if (!is_wide && mayBePassedOver(query, poses)) {
+    if (const std::unique_ptr<RasterLevels> finer = query.finerLevels()) {
+      const Poses more = bestPoses(query, *finer, priors, threads, result.poses);
+      poses.insert(poses.end(), more.begin(), more.end());
+    }
+  }
   const auto leavesPriors = [&](const PlacePose& p) {
     const PlaceHypothesis h = query.inMap(p);
     if (satisfiesAll(priors, h, query.focus(), 0, 0)) return false;
@@ -322,6 +338,8 @@ HeightFit FieldQuery::fitHeights(const Eigen::Isometry3d& /*T_map_query*/,
 std::vector<SampleEvidence> FieldQuery::evidence(const Eigen::Isometry3d& /*T_map_query*/) const {
   return {};
 }
+
+std::unique_ptr<RasterLevels> FieldQuery::finerLevels() const { return nullptr; }
 
 Visibility FieldQuery::visibility(const Eigen::Isometry3d& /*T_map_query*/) const { return {}; }
 

@@ -150,15 +150,16 @@ class RatioBytes {
 /// looked at again; of a small one all.
 class Rasters {
  public:
+  /// `sub`: cells of the field on a side of one of the raster; `first_sub`: of the first look.
   /// `overview`: of the field; null if it is to be made.
   Rasters(const DistanceField& field, const MapOverview* overview, const WeightedRatios& ratios,
-          double cell_m, int threads)
+          int sub, int first_sub, int threads)
       : field_(field),
         bytes_(ratios),
-        sub_(cellsPerSide(cell_m, field.cellSize())),
+        sub_(sub),
         raster_(sub_ * field.cellSize(), bytes_.background()) {
-    if (field.tiles().size() >= MapOverview::kFewest && 2 * sub_ <= DistanceField::kTileCells) {
-      makeFirstLook(overview, threads);
+    if (field.tiles().size() >= MapOverview::kFewest && first_sub <= DistanceField::kTileCells) {
+      makeFirstLook(overview, first_sub, threads);
       return;
     }
     field.makeAll(threads);
@@ -180,9 +181,9 @@ class Rasters {
   }
 
  private:
-  void makeFirstLook(const MapOverview* overview, int threads) {
-    first_look_.emplace(2 * raster_.cellSize(), bytes_.background());
-    const int side = DistanceField::kTileCells / (2 * sub_);
+  void makeFirstLook(const MapOverview* overview, int first_sub, int threads) {
+    first_look_.emplace(first_sub * field_.cellSize(), bytes_.background());
+    const int side = DistanceField::kTileCells / first_sub;
     const MapOverview made =
         overview && side == MapOverview::kSide ? MapOverview() : overviewOf(field_, side, threads);
     for (const MapOverview::Tile& tile : made.tiles.empty() ? overview->tiles : made.tiles)
@@ -316,17 +317,19 @@ class ViewTables {
 
   const WeightedRatios ratios, coarse_ratios;
 
-  /// Made at the first search.
-  const Rasters& rasters(const DistanceField& field, const MapOverview* overview, double cell_m,
-                         int threads) const {
-    std::call_once(once_,
-                   [&] { rasters_.emplace(field, overview, coarse_ratios, cell_m, threads); });
-    return *rasters_;
+  /// Made at the first search. `finer`: with cells half as wide, but the same first look.
+  const Rasters& rasters(const DistanceField& field, const MapOverview* overview, int sub,
+                         bool finer, int threads) const {
+    std::call_once(once_[finer], [&] {
+      rasters_[finer].emplace(field, overview, coarse_ratios, finer ? sub / 2 : sub, 2 * sub,
+                              threads);
+    });
+    return *rasters_[finer];
   }
 
  private:
-  mutable std::once_flag once_;
-  mutable std::optional<Rasters> rasters_;
+  mutable std::array<std::once_flag, 2> once_;
+  mutable std::array<std::optional<Rasters>, 2> rasters_;
 };
 
 class SurfaceField final : public Field {
@@ -360,11 +363,10 @@ class SurfaceField final : public Field {
   const ObstacleIndex& obstacles() const { return obstacles_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   bool inTown() const { return in_town_; }
-  double rasterCell() const {
-    return cellsPerSide(cell_m_, distances_.cellSize()) * distances_.cellSize();
-  }
-  const Rasters& rasters(const ViewTables& view) const {
-    return view.rasters(distances_, overview_.get(), cell_m_, threads_);
+  double rasterCell() const { return cellsOfRaster() * distances_.cellSize(); }
+  int cellsOfRaster() const { return cellsPerSide(cell_m_, distances_.cellSize()); }
+  const Rasters& rasters(const ViewTables& view, bool finer) const {
+    return view.rasters(distances_, overview_.get(), cellsOfRaster(), finer, threads_);
   }
   Viewpoint viewpointOf(const SurfaceSamples& query) const {
     return search::viewpointOf(query.aerial, aerial_);
@@ -430,12 +432,10 @@ class SurfaceQuery final : public FieldQuery {
     return points;
   }
 
-  RasterLevels rasterLevels() const override {
-    RasterLevels levels = field_.rasters(view_).levels(rasterSamples(samples_.coarse));
-    levels.keep_cells = kKeepCells;
-    levels.keep_poses = kKeepPoses;
-    levels.refine_poses = kRefinePoses;
-    return levels;
+  RasterLevels rasterLevels() const override { return levelsOf(field_.rasters(view_, false)); }
+  std::unique_ptr<RasterLevels> finerLevels() const override {
+    if (field_.cellsOfRaster() == 1) return nullptr;
+    return std::make_unique<RasterLevels>(levelsOf(field_.rasters(view_, true)));
   }
 
   PlacePose refineLocally(const PlacePose& pose, RefinementLevel how) const override {
@@ -503,6 +503,14 @@ class SurfaceQuery final : public FieldQuery {
   }
 
  private:
+  RasterLevels levelsOf(const Rasters& rasters) const {
+    RasterLevels levels = rasters.levels(rasterSamples(samples_.coarse));
+    levels.keep_cells = kKeepCells;
+    levels.keep_poses = kKeepPoses;
+    levels.refine_poses = kRefinePoses;
+    return levels;
+  }
+
   const SurfaceField& field_;
   const BevGrid* bev_;
   const SurfaceSamples samples_;

@@ -116,6 +116,16 @@ double freeSpaceTerm(double free_space_violation, double even = kViolationThresh
   return -std::log((free_space_violation + kViolationNoise) / even);
 }
 
+/// Whether the inlier ratio of the best place is one of those of the map's wrong places, in [0, 1].
+/// In maps of places that are alike half of the right answers lie 6 standard deviations above them,
+/// and 1 % of the wrong ones.
+double likenessToWrongPlaces(double above_null, const Statistics& s) {
+  constexpr double kLike = 3.5, kUnlike = 6, kLeastSpread = 0.05;
+  const double off =
+      (above_null - s.wrong_place_above_null) / std::max(kLeastSpread, s.wrong_place_spread);
+  return std::clamp((kUnlike - off) / (kUnlike - kLike), 0.0, 1.0);
+}
+
 /// Part of a dense score that is due to the score of the place.
 double logScoreTerm(double score) {
   return kDenseScorePerLogScore * std::log(std::max(1.0, score));
@@ -163,6 +173,18 @@ double meanOf(const std::vector<WrongPlace>& wrong_places,
     count += (place.*witness).has_value();
   }
   return sum / count;
+}
+
+/// Standard deviation over the map's wrong places about a mean, shrunk likewise.
+double spreadOf(const std::vector<WrongPlace>& wrong_places, double mean) {
+  constexpr double kUsualPlaces = 4;
+  double sum = kUsualPlaces * kUsualWrongPlaceSpread * kUsualWrongPlaceSpread, count = kUsualPlaces;
+  for (const WrongPlace& place : wrong_places) {
+    if (!place.above_null) continue;
+    sum += (*place.above_null - mean) * (*place.above_null - mean);
+    ++count;
+  }
+  return std::sqrt(sum / count);
 }
 
 /// Probability that a pose at the right place is within kNear_m of the truth.
@@ -321,6 +343,7 @@ bool oneOfSeveral(Evidence e, const Statistics& judged, const VerdictOptions& o,
   e.alternatives.clear();
   Statistics s = statisticsOf(e);
   s.wrong_place_above_null = judged.wrong_place_above_null;
+  s.wrong_place_spread = judged.wrong_place_spread;
   return confidenceOf(s, model) >= o.min_confidence;
 }
 
@@ -400,6 +423,8 @@ std::array<double, kTerms> termsOf(const Statistics& s) {
   if (dense.converged && dense.free_space_violation)
     terms[kFreeSpace] = freeSpaceTerm(*dense.free_space_violation, kUsualViolation);
   terms[kWrongPlaceAboveNull] = s.wrong_place_above_null - kUsualWrongPlaceAboveNull;
+  if (terms[kWrongPlaceAboveNull] > 0)
+    terms[kWrongPlaceAboveNull] *= likenessToWrongPlaces(above_null, s);
   return terms;
 }
 
@@ -421,6 +446,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
   Statistics s = statisticsOf(e);
   s.wrong_place_above_null =
       meanOf(wrong_places, &WrongPlace::above_null, kUsualWrongPlaceAboveNull);
+  s.wrong_place_spread = spreadOf(wrong_places, s.wrong_place_above_null);
   s.wrong_place_miss_ratio =
       meanOf(wrong_places, &WrongPlace::miss_ratio, kUsualWrongPlaceMissRatio);
   verdict.statistics = s;

@@ -58,7 +58,8 @@ enum Term : std::size_t {
                  ///< hang over the edge of the map
   kFreeSpace,    ///< negative logarithm of the free-space violation over the usual one
   kWrongPlaceAboveNull,  ///< Statistics::wrong_place_above_null over that of a usual map: where
-                         ///< wrong places fit closely, all evidence says less
+                         ///< wrong places fit closely, all evidence says less, unless the best
+                         ///< place fits more closely than any of them would
   kTerms
 };
 

@@ -355,6 +355,29 @@ TEST(Changes, AreNoneWhereShapesDiffer) {
   EXPECT_EQ(presence(wallWith(false, false)), Presence::gone);
 }
 
+/// Check fix for: shapes call a box a wall, and surfaces are not compared.
+TEST(Changes, OfShapesAreAlsoOfWhatNoVertexStandsFor) {
+  const Place empty = wallWith(false, false), boxed = wallWith(true, false, kWall);
+  const auto changes = [](const Place& earlier, const Place& later) {
+    return findChanges(earlier, later, Eigen::Isometry3d::Identity(), 0.02);
+  };
+  EXPECT_TRUE(changes(empty, boxed).changes.empty()) << "a wall with a label is one";
+  for (const bool is_new : {true, false}) {
+    const Changes found = is_new ? changes(ofShapes(empty), ofShapes(boxed))
+                                 : changes(ofShapes(boxed), ofShapes(empty));
+    ASSERT_EQ(found.changes.size(), 1u);
+    EXPECT_EQ(found.changes[0].what, is_new ? Change::What::added : Change::What::gone);
+    EXPECT_EQ(found.changes[0].label, kWall);
+    EXPECT_LT((found.changes[0].position - Eigen::Vector3d(8.5, 0, 0.75)).norm(), 0.1);
+    EXPECT_LT((found.changes[0].extent - Eigen::Vector3d(0, 1, 0.7)).norm(), 0.25);
+    EXPECT_EQ(found.presence.size(), (is_new ? empty : boxed).graph.size());
+  }
+  const Changes hidden = changes(ofShapes(wallWith(false, true)), ofShapes(boxed));
+  ASSERT_EQ(hidden.changes.size(), 1u) << "nobody looked behind the screen";
+  EXPECT_EQ(hidden.changes[0].what, Change::What::gone);
+  EXPECT_LT(hidden.changes[0].position.x(), 6);
+}
+
 /// Check fix for: labels that a few frames gave to a part of something were told as gone.
 TEST(Changes, AreNotToldOfWhatItsOwnVisitSawRarely) {
   Place earlier = wallWith(true, false);

@@ -28,6 +28,7 @@ Statistics anyStatistics() {
   s.dense_margin = *test::anyNumber(50);
   s.wrong_place_above_null = *test::anyNumber(1);
   s.wrong_place_miss_ratio = *test::anyLength(1);
+  s.wrong_place_spread = *test::anyLength(1);
   s.sigma_m = *test::anyLength(9);
   s.dense.of = *gen::element(DenseEvidence::Of::nothing, DenseEvidence::Of::points,
                              DenseEvidence::Of::views);

@@ -639,5 +639,56 @@ TEST(Search, PosesOfBadCellsThatAStepImprovesAreKept) {
   EXPECT_EQ(result.places[0].score(), 50);
 }
 
+/// A query whose true pose no cell of the first raster stands for; its best one is `share` of what
+/// a true one would score.
+class QueryThatIsPassedOver final : public FieldQuery {
+ public:
+  explicit QueryThatIsPassedOver(double share)
+      : FieldQuery(Eigen::Vector3d::Zero(), std::nullopt),
+        share_(share),
+        raster_(1, {0}),
+        finer_(0.5, {0}) {
+    raster_.set(0, 40, 40, 200);
+    finer_.set(0, 0, 0, 200);
+  }
+  std::size_t size() const override { return 1; }
+  std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& /*centre*/,
+                                   double /*radius_m*/) const override {
+    return std::make_unique<QueryThatIsPassedOver>(share_);
+  }
+  std::vector<Point> points() const override { return {{Eigen::Vector2d::Zero(), 1}}; }
+  RasterLevels rasterLevels() const override { return {{raster_, {RasterSample{}}}, std::nullopt}; }
+  std::unique_ptr<RasterLevels> finerLevels() const override {
+    return std::make_unique<RasterLevels>(RasterLevels{{finer_, {RasterSample{}}}, std::nullopt});
+  }
+  PlacePose refineLocally(const PlacePose& pose, RefinementLevel /*how*/) const override {
+    PlacePose refined = pose;
+    refined.score = scoreAt(pose);
+    return refined;
+  }
+  double scoreAt(const PlacePose& pose) const override { return pose.x < 10 ? 100 : 100 * share_; }
+  PlaceHypothesis describeAt(const PlacePose& pose) const override {
+    PlaceHypothesis h = inMap(pose);
+    h.expected = 100;
+    return h;
+  }
+
+ private:
+  double share_;
+  LikelihoodRaster raster_, finer_;
+};
+
+/// Check fix for: in narrow streets another one was accepted, as the true pose lay between cells.
+TEST(Search, LooksAgainInSmallerCellsWhereNothingScoresAsATruePoseWould) {
+  PlacePrior prior;
+  prior.heading = {0, 0.01};
+  const SearchResult again = search(QueryThatIsPassedOver(0.5), {prior}, {}, 1),
+                     once = search(QueryThatIsPassedOver(0.8), {prior}, {}, 1);
+  ASSERT_EQ(again.places.size(), 2u);
+  EXPECT_EQ(again.places[0].score(), 100);
+  ASSERT_EQ(once.places.size(), 1u) << "it would take time";
+  EXPECT_EQ(once.places[0].score(), 80);
+}
+
 }  // namespace
 }  // namespace xview::search

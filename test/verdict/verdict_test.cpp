@@ -258,6 +258,23 @@ TEST(Verdict, EvidenceIsComparedWithWrongPlacesOfTheMapAtHand) {
   EXPECT_NEAR(s.wrong_place_miss_ratio, (60 * 0.2 + 4 * kUsualWrongPlaceMissRatio) / 64, 1e-12);
 }
 
+/// Check fix for: in streets of flush houses right places were refused though none of the wrong
+/// ones fitted nearly as closely.
+TEST(Verdict, WrongPlacesSayLittleOfAPlaceThatFitsFarMoreCloselyThanAllOfThem) {
+  Evidence e = goodView();
+  const auto oddsAt = [&](double inlier_ratio, double off) {
+    e.dense = points(inlier_ratio, 0);
+    std::vector<WrongPlace> wrong_places(30, {0.35 - off, 0.3, {}, {}});
+    wrong_places.resize(60, {0.35 + off, 0.3, {}, {}});
+    const Statistics s = judge(e, kOptions, defaultVerdictModel(), wrong_places).statistics;
+    return termsOf(s)[kWrongPlaceAboveNull];
+  };
+  EXPECT_DOUBLE_EQ(oddsAt(0.75, 0.05), 0);
+  EXPECT_GT(oddsAt(0.75, 0.15), 0.2) << "some of them fit nearly as closely";
+  EXPECT_GT(oddsAt(0.45, 0.05), 0.2) << "it fits as they do";
+  EXPECT_GT(oddsAt(0.57, 0.05), oddsAt(0.62, 0.05));
+}
+
 TEST(Verdict, APoseThatIsOpenByMetresIsNotRight) {
   Evidence e = goodView();
   const double confidence = judged(e).confidence;

@@ -188,7 +188,8 @@ struct PlaceEvidence {
 };
 
 /// Medians over the means of 43 maps, for maps that were not measured.
-constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0.45;
+constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0.45,
+                 kUsualWrongPlaceSpread = 0.07;
 
 /// What the verdict was made of.
 struct Statistics {
@@ -207,6 +208,7 @@ struct Statistics {
   /// usual map where none were measured.
   double wrong_place_above_null = kUsualWrongPlaceAboveNull;
   double wrong_place_miss_ratio = kUsualWrongPlaceMissRatio;
+  double wrong_place_spread = kUsualWrongPlaceSpread;  ///< standard deviation of `above_null`
   /// How much more of the surfaces of the query lie on those of the map at the pose that local
   /// features say than at any other that they say, as a ratio >= 1. Set if that is the pose.
   std::optional<double> feature_margin;
