@@ -127,7 +127,7 @@ class FieldQuery {
   /// All that takes part, and how much it tells places apart.
   virtual std::vector<Point> points() const = 0;
   virtual RasterLevels rasterLevels() const = 0;
-  /// With cells half as wide, for a query whose true pose may have been passed over; null if there
+  /// With cells half as wide, for a query whose true pose may have been missed; null if there
   /// are none.
   virtual std::unique_ptr<RasterLevels> finerLevels() const;
   /// The local maximum of the score near a pose, as exact as the level says.

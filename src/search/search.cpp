@@ -201,8 +201,8 @@ Poses bestPosesOfWide(const FieldQuery& query, const std::vector<PlacePrior>& pr
 }
 
 /// Whether the best pose scores much less than a true one would: streets that are narrow beside the
-/// cells of a raster may be passed over by all that starts in these.
-bool mayBePassedOver(const FieldQuery& query, const Poses& poses) {
+/// cells of a raster may be missed by all that starts in these.
+bool mayBeMissed(const FieldQuery& query, const Poses& poses) {
   constexpr double kLikeTrue = 0.6;
   const auto best = std::min_element(poses.begin(), poses.end(), isBetter);
   if (best == poses.end()) return true;
@@ -227,7 +227,7 @@ SearchResult searchStorey(const FieldQuery& query, const std::vector<PlacePrior>
   const bool is_wide = query.radius() > kWidest_cells * levels.fine.raster.cellSize();
   Poses poses = is_wide ? bestPosesOfWide(query, priors, threads, result.poses)
                         : bestPoses(query, levels, priors, threads, result.poses);
-  if (!is_wide && mayBePassedOver(query, poses)) {
+  if (!is_wide && mayBeMissed(query, poses)) {
     if (const std::unique_ptr<RasterLevels> finer = query.finerLevels()) {
       const Poses more = bestPoses(query, *finer, priors, threads, result.poses);
       poses.insert(poses.end(), more.begin(), more.end());

@@ -641,9 +641,9 @@ TEST(Search, PosesOfBadCellsThatAStepImprovesAreKept) {
 
 /// A query whose true pose no cell of the first raster stands for; its best one is `share` of what
 /// a true one would score.
-class QueryThatIsPassedOver final : public FieldQuery {
+class QueryThatIsMissed final : public FieldQuery {
  public:
-  explicit QueryThatIsPassedOver(double share)
+  explicit QueryThatIsMissed(double share)
       : FieldQuery(Eigen::Vector3d::Zero(), std::nullopt),
         share_(share),
         raster_(1, {0}),
@@ -654,7 +654,7 @@ class QueryThatIsPassedOver final : public FieldQuery {
   std::size_t size() const override { return 1; }
   std::unique_ptr<FieldQuery> part(const Eigen::Vector2d& /*centre*/,
                                    double /*radius_m*/) const override {
-    return std::make_unique<QueryThatIsPassedOver>(share_);
+    return std::make_unique<QueryThatIsMissed>(share_);
   }
   std::vector<Point> points() const override { return {{Eigen::Vector2d::Zero(), 1}}; }
   RasterLevels rasterLevels() const override { return {{raster_, {RasterSample{}}}, std::nullopt}; }
@@ -682,8 +682,8 @@ class QueryThatIsPassedOver final : public FieldQuery {
 TEST(Search, LooksAgainInSmallerCellsWhereNothingScoresAsATruePoseWould) {
   PlacePrior prior;
   prior.heading = {0, 0.01};
-  const SearchResult again = search(QueryThatIsPassedOver(0.5), {prior}, {}, 1),
-                     once = search(QueryThatIsPassedOver(0.8), {prior}, {}, 1);
+  const SearchResult again = search(QueryThatIsMissed(0.5), {prior}, {}, 1),
+                     once = search(QueryThatIsMissed(0.8), {prior}, {}, 1);
   ASSERT_EQ(again.places.size(), 2u);
   EXPECT_EQ(again.places[0].score(), 100);
   ASSERT_EQ(once.places.size(), 1u) << "it would take time";
