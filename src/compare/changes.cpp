@@ -238,16 +238,22 @@ class Visit {
       const Role role = labels().role(v.label);
       if ((role != Role::object && role != Role::dynamic) || !region_.contains(v.position))
         continue;
-      Object object;
-      object.vertex = &v;
-      object.is_post = isPost(labels().kind(v.label));
-      object.is_dynamic = role == Role::dynamic;
-      object.box = boxOf(v, object.is_post);
-      object.position = T_common_visit_ * v.position;
+      Object object = objectOf(v, isPost(labels().kind(v.label)));
       findPoints(object);
       // A post is told by its shape, however rarely it was seen.
       (object.is_post || isSeenOften(v) ? objects_ : rare_).push_back(std::move(object));
     }
+  }
+
+  /// Without its points.
+  Object objectOf(const Vertex& v, bool is_post) const {
+    Object object;
+    object.vertex = &v;
+    object.is_post = is_post;
+    object.is_dynamic = labels().role(v.label) == Role::dynamic;
+    object.box = boxOf(v, is_post);
+    object.position = T_common_visit_ * v.position;
+    return object;
   }
 
   void addThing(const std::vector<std::size_t>& members) {
@@ -267,11 +273,7 @@ class Visit {
     v.position = box.center();
     v.extent = box.sizes();
     v.points = static_cast<std::uint32_t>(members.size());
-    Object& object = objects_.emplace_back();
-    object.vertex = &v;
-    object.is_dynamic = labels().role(v.label) == Role::dynamic;
-    object.box = boxOf(v, false);
-    object.position = T_common_visit_ * v.position;
+    Object& object = objects_.emplace_back(objectOf(v, false));
     for (const std::size_t i : members)
       object.points.push_back(T_common_visit_ * place_.cloud.position(i));
   }

@@ -34,9 +34,8 @@ namespace {
 constexpr double kFreeSigma_rad = 0.3;  ///< error of an up that only a pose tells
 constexpr std::size_t kVerified = 2;    ///< places whose correspondences are looked at, at least
 constexpr double kPartnerReach_m = 5;  ///< from a vertex to its partner under a hypothesis, at most
-constexpr double kOutOfMapOverlap = 0.1;   ///< map overlap of an out-of-map query, at most
-constexpr double kUsualMapOverlap = 0.35;  ///< between those of right and of wrong places
-constexpr double kExact_m = 0.05;          ///< depth error below which rays tell free space
+constexpr double kOutOfMapOverlap = 0.1;  ///< map overlap of an out-of-map query, at most
+constexpr double kExact_m = 0.05;         ///< depth error below which rays tell free space
 constexpr double kAtFeatures_m = 1;  ///< between what is registered and the pose of local features
 constexpr double kOnePlace_m =
     4;  ///< travel below which a query has one view-point, in canonical lengths
@@ -283,7 +282,7 @@ void PlaceIndex::setVisibility(const Query& query, const Query& levelled, Visibi
   // A query cannot show what stands behind what it shows from one place, and a scanner shows walls
   // that it sees aslant less densely than the ground before them; but rays tell.
   const bool is_exact = query.cloud.typicalSigma() <= kExact_m;
-  const double shown = is_exact && !is_camera          ? kUsualMapOverlap
+  const double shown = is_exact && !is_camera          ? verdict::kUsualMapOverlap
                        : travelOf(query) < kOnePlace_m ? kOutOfMapOverlap
                                                        : -INFINITY;
   const bool shows_little = !seen.map_overlap || *seen.map_overlap < shown;

@@ -111,7 +111,7 @@ bool fitsClosely(const DenseEvidence& dense) {
 constexpr double kViolationThreshold = 0.1, kViolationNoise = 0.03;
 /// Values between those of right and of wrong places, for answers that lack the measurement. From
 /// the air roofs and crowns cover what the map shows.
-constexpr double kUsualMapOverlap = 0.35, kUsualMapOverlapFromTheAir = 0.1, kUsualViolation = 0.18;
+constexpr double kUsualMapOverlapFromTheAir = 0.1, kUsualViolation = 0.18;
 double freeSpaceTerm(double free_space_violation, double even = kViolationThreshold) {
   return -std::log((free_space_violation + kViolationNoise) / even);
 }
@@ -164,27 +164,30 @@ Statistics ofPlaceAlone(Statistics s) {
 }
 
 /// Mean over the map's wrong places, shrunk towards the usual value by kUsualPlaces observations.
-double meanOf(const std::vector<WrongPlace>& wrong_places,
-              std::optional<double> WrongPlace::*witness, double usual) {
+/// `value`: of a place; nothing if it was not measured.
+template <class Value>
+double meanOf(const std::vector<WrongPlace>& wrong_places, const Value& value, double usual) {
   constexpr double kUsualPlaces = 4;
   double sum = kUsualPlaces * usual, count = kUsualPlaces;
   for (const WrongPlace& place : wrong_places) {
-    sum += (place.*witness).value_or(0);
-    count += (place.*witness).has_value();
+    const std::optional<double> here = value(place);
+    sum += here.value_or(0);
+    count += here.has_value();
   }
   return sum / count;
 }
 
-/// Standard deviation over the map's wrong places about a mean, shrunk likewise.
-double spreadOf(const std::vector<WrongPlace>& wrong_places, double mean) {
-  constexpr double kUsualPlaces = 4;
-  double sum = kUsualPlaces * kUsualWrongPlaceSpread * kUsualWrongPlaceSpread, count = kUsualPlaces;
-  for (const WrongPlace& place : wrong_places) {
-    if (!place.above_null) continue;
-    sum += (*place.above_null - mean) * (*place.above_null - mean);
-    ++count;
-  }
-  return std::sqrt(sum / count);
+void measureWrongPlaces(const std::vector<WrongPlace>& wrong_places, Statistics& s) {
+  s.wrong_place_above_null = meanOf(
+      wrong_places, [](const WrongPlace& p) { return p.above_null; }, kUsualWrongPlaceAboveNull);
+  const auto squaredOff = [&](const WrongPlace& p) -> std::optional<double> {
+    if (!p.above_null) return std::nullopt;
+    return std::pow(*p.above_null - s.wrong_place_above_null, 2);
+  };
+  s.wrong_place_spread =
+      std::sqrt(meanOf(wrong_places, squaredOff, kUsualWrongPlaceSpread * kUsualWrongPlaceSpread));
+  s.wrong_place_miss_ratio = meanOf(
+      wrong_places, [](const WrongPlace& p) { return p.miss_ratio; }, kUsualWrongPlaceMissRatio);
 }
 
 /// Probability that a pose at the right place is within kNear_m of the truth.
@@ -444,11 +447,7 @@ Verdict judge(const Evidence& e, const VerdictOptions& o, const VerdictModel& mo
     return verdict;
   }
   Statistics s = statisticsOf(e);
-  s.wrong_place_above_null =
-      meanOf(wrong_places, &WrongPlace::above_null, kUsualWrongPlaceAboveNull);
-  s.wrong_place_spread = spreadOf(wrong_places, s.wrong_place_above_null);
-  s.wrong_place_miss_ratio =
-      meanOf(wrong_places, &WrongPlace::miss_ratio, kUsualWrongPlaceMissRatio);
+  measureWrongPlaces(wrong_places, s);
   verdict.statistics = s;
   verdict.witnesses.place = oddsOf(ofPlaceAlone(s), model);
   verdict.witnesses.dense = oddsOf(s, model) - verdict.witnesses.place;

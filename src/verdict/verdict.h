@@ -16,6 +16,8 @@ namespace xview::verdict {
 
 /// Places with at least this share of the best score are verified densely.
 constexpr double kAboutAsWell = 0.75;
+/// Map overlap between those of right and of wrong places, on the ground.
+constexpr double kUsualMapOverlap = 0.35;
 
 /// What speaks for and against the best place of one query, or of several together, by whatever
 /// method and field it was found.
@@ -58,8 +60,8 @@ enum Term : std::size_t {
                  ///< hang over the edge of the map
   kFreeSpace,    ///< negative logarithm of the free-space violation over the usual one
   kWrongPlaceAboveNull,  ///< Statistics::wrong_place_above_null over that of a usual map: where
-                         ///< wrong places fit closely, all evidence says less, unless the best
-                         ///< place fits more closely than any of them would
+                         ///< wrong places fit closely, all evidence says less, the less so
+                         ///< the more closely than they the best place fits
   kTerms
 };
 

@@ -187,7 +187,8 @@ struct PlaceEvidence {
   DenseEvidence dense;
 };
 
-/// Medians over the means of 43 maps, for maps that were not measured.
+/// Medians over the means of 43 maps, for maps that were not measured; of the spread the value that
+/// three of four maps stay below.
 constexpr double kUsualWrongPlaceAboveNull = 0.10, kUsualWrongPlaceMissRatio = 0.45,
                  kUsualWrongPlaceSpread = 0.07;
 
